@@ -1,0 +1,23 @@
+"""The source paper's printed tables, as data.
+
+"Determination and testing of pelletized coated particles" (powder of soybean meal and diatomaceous earth on alfalfa
+seeds, EDEM); tables.json holds every printed cell as text and as number.
+"""
+
+import json
+from functools import cache
+from importlib.resources import files
+
+import pandas as pd
+
+
+@cache
+def tables() -> dict:
+    """The content of tables.json: `tables`, `equations` and `text` as printed."""
+    return json.loads(files(__name__).joinpath("tables.json").read_text(encoding="utf-8"))
+
+
+def table(number: int) -> pd.DataFrame:
+    """One printed table as numbers (columns named as printed; cells that are no plain number are missing)."""
+    printed = tables()["tables"][str(number)]
+    return pd.DataFrame(printed["values"], columns=printed["columns"])
