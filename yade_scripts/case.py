@@ -1,0 +1,245 @@
+"""Cases in (JSON), observables out (CSV): what every rig shares.
+
+By hand, on one rig's list of cases:     yade -x -n yade_scripts/rebound.py cases.json observables.csv
+A list to start from:                    yade -x -n yade_scripts/rebound.py --example cases.json
+A rig of your own:                       yade -x -n yade_scripts/case.py my_rig.py cases.json observables.csv
+By the package, on a campaign of rigs:   yade -x -n yade_scripts/case.py campaign.json
+
+A case is an object with `id`, `contact_law`, `seed` and the groups `parameters`, `effects`, `conditions`, `numerics`;
+each group holds exactly the names its rig declares. A rig is a file with a declaration `RIG` and `simulate(case)`,
+which returns {observable: value} or raises `Failed(reason)`.
+"""
+
+import csv
+import fcntl
+import gc
+import importlib.util
+import io
+import json
+import math
+import os
+import socketserver
+import sys
+import threading
+import time
+from pathlib import Path
+
+GROUPS = ("parameters", "effects", "conditions", "numerics")
+CLAIM_BYTES = 16
+
+
+class Failed(Exception):
+    """A simulation ran but its result is no observable; the message says why."""
+
+
+def load(file: Path):
+    """The rig (or effect) in a file, as a module."""
+    spec = importlib.util.spec_from_file_location(Path(file).stem, file)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def flat(case: dict) -> dict:
+    """A case as one row: groups merged, an effect's parameter as `effect.parameter`."""
+    row = {name: case[name] for name in ("id", "contact_law", "seed")}
+    for group in ("parameters", "conditions", "numerics"):
+        row.update(case[group])
+    for effect, values in case["effects"].items():
+        row.update({f"{effect}.{name}": value for name, value in values.items()})
+    return row
+
+
+def columns(rig: dict) -> list[str]:
+    """The columns of a rig's CSV: id, inputs, observables, status."""
+    return list(flat(example(rig))) + list(rig["observables"]) + ["status"]
+
+
+def example(rig: dict) -> dict:
+    """A complete case with every default."""
+    groups = {group: {k: v["default"] for k, v in rig[group].items()} for group in GROUPS if group != "effects"}
+    effects = {e: {k: v["absent"] for k, v in values.items()} for e, values in rig["effects"].items()}
+    return {"id": "example", "contact_law": rig["contact_laws"][0], "seed": 0, **groups, "effects": effects}
+
+
+def check(case: dict, rig: dict) -> None:
+    """Refuse a case with a missing or unknown name, or a value that is no finite number."""
+    expected = example(rig)
+
+    def compare(where: str, given, wanted):
+        if not isinstance(given, dict):
+            raise ValueError(f"{where}: expected an object, got {given!r}")
+        for kind, names in (("unknown", set(given) - set(wanted)), ("missing", set(wanted) - set(given))):
+            if names:
+                raise ValueError(f"{where}: {kind} {', '.join(sorted(names))}; expected {', '.join(sorted(wanted))}")
+
+    compare("case", case, expected)
+    for group in GROUPS:
+        compare(group, case[group], expected[group])
+    for effect, values in case["effects"].items():
+        compare(f"effect {effect}", values, expected["effects"][effect])
+    for name, value in flat(case).items():
+        if name not in ("id", "contact_law", "surface_energy_scaling") and not (
+            isinstance(value, (int, float)) and math.isfinite(value)
+        ):
+            raise ValueError(f"{name}: expected a finite number, got {value!r}")
+    if case["contact_law"] not in rig["contact_laws"]:
+        raise ValueError(f"contact_law: expected one of {', '.join(rig['contact_laws'])}, got {case['contact_law']!r}")
+
+
+def run(case: dict, module) -> dict:
+    """One case, as a row with its observables and its status: `ok` or the reason there is none."""
+    rig = module.RIG
+    try:
+        check(case, rig)
+        observed = module.simulate(case)
+        bad = [name for name, value in observed.items() if value is not None and not math.isfinite(value)]
+        status = f"not a number: {', '.join(bad)}" if bad else "ok"
+    except Failed as failure:
+        observed, status = {}, str(failure)
+    except Exception as error:  # one case's mistake is that case's outcome; its neighbours go on
+        observed, status = {}, f"{type(error).__name__}: {error}"
+    if status != "ok":
+        observed = {}
+    groups = {**{group: {} for group in GROUPS}, "contact_law": "", "seed": "", **case}
+    return {**flat(groups), **{name: observed.get(name) for name in rig["observables"]}, "status": one_line(status)}
+
+
+def one_line(text: str) -> str:
+    """Text that stands in one CSV cell on one line."""
+    return " ".join(str(text).split())[:300]
+
+
+def line(row: dict, names: list[str]) -> bytes:
+    """A row as CSV bytes; floats with every digit, an observable that does not apply blank."""
+    text = io.StringIO()
+    csv.writer(text, lineterminator="\n").writerow(["" if row.get(n) is None else row.get(n) for n in names])
+    return text.getvalue().encode()
+
+
+class Table:
+    """A CSV file that several processes append whole lines to."""
+
+    def __init__(self, file: Path, names: list[str]):
+        self.names = names
+        self.descriptor = os.open(file, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o644)
+        fcntl.flock(self.descriptor, fcntl.LOCK_EX)
+        size = os.fstat(self.descriptor).st_size
+        if size == 0:
+            os.write(self.descriptor, line(dict(zip(names, names, strict=True)), names))
+        elif os.pread(self.descriptor, 1, size - 1) != b"\n":
+            os.write(self.descriptor, b"\n")  # close the line that a full disk or a lost machine left torn
+        fcntl.flock(self.descriptor, fcntl.LOCK_UN)
+
+    def append(self, row: dict) -> None:
+        """Add a row, or raise OSError (disk full)."""
+        data = line(row, self.names)
+        if os.write(self.descriptor, data) != len(data):
+            raise OSError("the disk is full: a result could not be written whole")
+
+
+def claims(file: Path, total: int, at_most: float):
+    """Indices of cases no other process has claimed, claimed one at a time; record k of the file is case k's process."""
+    descriptor = os.open(file, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o644)
+    taken = 0
+    while taken < at_most:
+        fcntl.flock(descriptor, fcntl.LOCK_EX)
+        index = os.fstat(descriptor).st_size // CLAIM_BYTES
+        if index < total:
+            os.write(descriptor, f"{os.getpid():>{CLAIM_BYTES - 1}}\n".encode())
+        fcntl.flock(descriptor, fcntl.LOCK_UN)
+        if index >= total:
+            return
+        taken += 1
+        yield index
+
+
+def work(jobs, modules: dict, tables: dict, timings: Table) -> None:
+    """Simulate (rig name, case) after (rig name, case), each row written as soon as it is known."""
+    for rig, case in jobs:
+        start = time.perf_counter()
+        tables[rig].append(run(case, modules[rig]))
+        timings.append({"id": case.get("id", ""), "seconds": f"{time.perf_counter() - start:.6f}"})
+
+
+def by_hand(rig_file: Path, arguments: list[str]) -> int:
+    """A rig called by hand: `cases.json observables.csv`, or `--example cases.json`."""
+    module = load(rig_file)
+    if len(arguments) == 2 and arguments[0] == "--example":
+        Path(arguments[1]).write_text(json.dumps([example(module.RIG)], indent=1) + "\n")
+        return 0
+    if len(arguments) != 2:
+        print(f"usage: yade -x -n {rig_file.name} cases.json observables.csv", file=sys.stderr)
+        return 2
+    cases, observables = json.loads(Path(arguments[0]).read_text()), Path(arguments[1])
+    for case in cases:
+        try:
+            check(case, module.RIG)
+        except ValueError as error:
+            print(f"{arguments[0]}: case {case.get('id')!r}: {error}", file=sys.stderr)
+            return 2
+    timings = observables.with_name("timings.csv")
+    for old in (observables, timings):
+        old.unlink(missing_ok=True)
+    name = module.RIG["name"]
+    table = Table(observables, columns(module.RIG))
+    work(((name, case) for case in cases), {name: module}, {name: table}, Table(timings, ["id", "seconds"]))
+    return 0
+
+
+def campaign(file: Path) -> int:
+    """A campaign of the package: cases of several rigs, shared with other processes through the claims file."""
+    task = json.loads(file.read_text())
+    modules = {name: load(rig["file"]) for name, rig in task["rigs"].items()}
+    tables = {name: Table(rig["table"], columns(modules[name].RIG)) for name, rig in task["rigs"].items()}
+    cases = task["cases"]
+    mine = claims(Path(task["claims"]), len(cases), task["at_most"] or math.inf)
+    jobs = ((cases[index].pop("rig"), cases[index]) for index in mine)
+    work(jobs, modules, tables, Table(task["timings"], ["id", "seconds"]))
+    return 0
+
+
+def close_servers() -> None:
+    """Close the python prompt and the XMLRPC server that YADE opens on every interface."""
+    for thing in gc.get_objects():
+        if isinstance(thing, socketserver.BaseServer):
+            thing.shutdown()
+            thing.server_close()
+
+
+def die_with_driver() -> None:
+    """End at once when the process that started this one ends, however it ends: its end of the pipe closes."""
+    lifeline = os.environ.get("PELLET_STUDY_LIFELINE")
+    if lifeline:
+
+        def watch():
+            os.read(int(lifeline), 1)
+            os._exit(1)
+
+        threading.Thread(target=watch, daemon=True).start()
+
+
+def main(arguments: list[str]) -> int:
+    """What YADE runs: a campaign, or a rig's file and what was given with it."""
+    die_with_driver()
+    close_servers()
+    from yade import O
+
+    try:
+        os.rmdir(os.path.dirname(O.tmpFilename()))  # YADE leaves this folder behind; nothing here uses it
+    except OSError:
+        pass
+    if len(arguments) == 1:
+        return campaign(Path(arguments[0]))
+    return by_hand(Path(arguments[0]).resolve(), arguments[1:])
+
+
+if __name__ == "__main__":
+    _here = Path(sys.argv[0]).resolve().parent  # YADE leaves __file__ unset
+    _spec = importlib.util.spec_from_file_location(
+        "yade_scripts", _here / "__init__.py", submodule_search_locations=[str(_here)]
+    )
+    sys.modules["yade_scripts"] = importlib.util.module_from_spec(_spec)  # its parent folder stays off the path
+    from yade_scripts.case import main as _main
+
+    sys.exit(_main(sys.argv[1:]))

@@ -1,0 +1,270 @@
+"""Contact laws by name: materials and functors, and the surface energy translated into each law's parameter.
+
+Surface energy Gamma is the JKR surface energy of the source paper (as EDEM uses it, the work of adhesion): each law
+gets the parameter that gives the same pull-off force F = 3/2 pi Gamma R*, with 1/R* = 1/R1 + 1/R2 and R* = R on a
+plane (Johnson, Kendall & Roberts 1971, doi:10.1098/rspa.1971.0141).
+
+Planes are YADE boxes. Ig2_Box_Sphere_* gives the box the sphere's radius, so YADE's Mindlin law takes R* = R/2 there;
+the laws below make up for it, in the moduli where the particles meet nothing but planes, in the adhesion always.
+"""
+
+from functools import cache
+from math import atan, exp, log, pi, sqrt
+from typing import NamedTuple
+
+import numpy as np
+
+SWITCH = 1e-12  # J/m2, far below any weight: keeps YADE's adhesive branch on, see hertz_mindlin
+
+
+class Material(NamedTuple):
+    """An elastic solid: density (kg/m3), shear modulus (Pa), Poisson ratio."""
+
+    density: float
+    shear_modulus: float
+    poisson_ratio: float
+
+    @property
+    def young(self) -> float:
+        """E = 2 G (1 + nu), Pa."""
+        return 2 * self.shear_modulus * (1 + self.poisson_ratio)
+
+
+class Pair(NamedTuple):
+    """What two materials do to each other at a contact."""
+
+    restitution: float  # e, 0.05 to 0.95
+    static_friction: float  # mu = tan(friction angle)
+    rolling_friction: float  # mu_r = rolling moment / (radius x normal force)
+    surface_energy: float = 0.0  # Gamma, J/m2
+
+
+class Contacts(NamedTuple):
+    """Materials for the bodies, functors for the interaction loop, damping for the integrator."""
+
+    particle: object
+    wall: object
+    geometry: list
+    physics: list
+    law: list
+    damping: float
+
+
+def rayleigh_step(radius: float, material: Material) -> float:
+    """Rayleigh time step pi R sqrt(rho/G) / (0.1631 nu + 0.8766) of a sphere, s.
+
+    Radius in m. Source: Thornton & Randall 1988, as printed in the EDEM and YADE manuals.
+    """
+    return pi * radius * sqrt(material.density / material.shear_modulus) / (0.1631 * material.poisson_ratio + 0.8766)
+
+
+def pull_off_force(surface_energy: float, effective_radius: float) -> float:
+    """JKR pull-off force 3/2 pi Gamma R*, N (Gamma in J/m2, R* in m)."""
+    return 1.5 * pi * surface_energy * effective_radius
+
+
+def damping_of(restitution: float) -> float:
+    """Local damping d = (1 - e^2)/(1 + e^2) that gives an elastic linear contact the restitution e."""
+    return (1 - restitution**2) / (1 + restitution**2)
+
+
+@cache
+def _restitution_table() -> tuple[np.ndarray, np.ndarray]:
+    """Restitution against damping ratio of x'' = -x^(3/2) - 2 beta sqrt(3/2) x^(1/4) x', damper off where it would pull."""
+    ratio = np.geomspace(1e-3, 30, 160)
+    strength = 2 * ratio * sqrt(1.5)
+    step = 4e-4
+    overlap, speed = np.full(ratio.shape, 1e-9), np.ones(ratio.shape)
+    restitution = np.full(ratio.shape, np.nan)
+    while np.isnan(restitution).any():
+        elastic = overlap**1.5
+        damper = strength * overlap**0.25
+        pulls = elastic + damper * speed < 0
+        speed = speed - step * elastic
+        speed = np.where(pulls, speed, speed / (1 + step * damper))
+        overlap = overlap + step * speed
+        left = (overlap <= 0) & np.isnan(restitution)
+        restitution[left] = -speed[left]
+        overlap = np.maximum(overlap, 0)
+    return restitution[::-1], np.log(ratio[::-1])
+
+
+def damping_ratio(restitution: float) -> float:
+    """Damping ratio beta (YADE's betan) of a Hertz contact with the given coefficient of restitution.
+
+    The contact force is kno x^(3/2) + 2 beta sqrt(m kn) x', kn = 3/2 kno x^(1/2), its damper off while it would pull:
+    restitution depends on beta alone, not on size, stiffness or speed. Inverted numerically; 0.05 <= e <= 0.95.
+
+    Raises
+    ------
+    ValueError : outside 0.05 to 0.95
+    """
+    if not 0.05 <= restitution <= 0.95:
+        raise ValueError(f"restitution {restitution:g}: the law covers 0.05 to 0.95")
+    return exp(np.interp(restitution, *_restitution_table()))
+
+
+def tangential_damping_ratio(restitution: float) -> float:
+    """Damping ratio along the contact (YADE's betas): -ln e / sqrt(pi^2 + ln^2 e) of a linear spring, at most 0.4.
+
+    YADE adds the tangential damper to the elastic part without holding their sum to Coulomb's limit; a ratio above
+    about 0.6 then brakes a contact that should slide for good (a seed with mu = 0.6 creeps at 36 deg instead of
+    sliding off at 31).
+    """
+    return min(0.4, -log(restitution) / sqrt(pi**2 + log(restitution) ** 2))
+
+
+def hertz_mindlin(
+    particle: Material,
+    wall: Material,
+    particle_wall: Pair,
+    particle_particle: Pair | None = None,
+    rolling_stiffness: float = 0.0,
+) -> Contacts:
+    """Hertz-Mindlin with a viscous damper, rolling moment mu_r R |Fn| and DMT adhesion.
+
+    DMT pull-off in YADE is 4 pi gamma R*; equal to the JKR one for gamma = 3/8 Gamma (3/4 Gamma on a box).
+
+    YADE's law has two rules for a damper that would pull. Without adhesion it sets the normal force to zero and then
+    forgets to limit the rolling moment, so that a stiff rolling spring brakes every bounce; with adhesion it caps the
+    damper at the pull-off force. A vanishing surface energy (`SWITCH`) selects the second rule always: the rolling
+    limit holds at every step, and nothing jumps where the surface energy becomes positive.
+
+    Parameters
+    ----------
+    particle_particle : None where a single particle or clump meets the walls only
+    rolling_stiffness : stiffness of the rolling moment below its limit, N m/rad
+    """
+    from yade import (
+        FrictMat,
+        Ig2_Box_Sphere_ScGeom,
+        Ig2_Facet_Sphere_ScGeom,
+        Ig2_Sphere_Sphere_ScGeom,
+        Ip2_FrictMat_FrictMat_MindlinPhys,
+        Law2_ScGeom_MindlinPhys_Mindlin,
+    )
+
+    alone = particle_particle is None
+    rolls = any(pair.rolling_friction > 0 for pair in (particle_wall, particle_particle) if pair)
+    stiffer = sqrt(2) if alone else 1.0  # R* = R/2 enters the stiffness as its root
+    physics = [_mindlin(Ip2_FrictMat_FrictMat_MindlinPhys, particle_wall, 0.75, rolling_stiffness)]
+    kind = FrictMat
+    if not alone:
+        from yade import Ip2_PartialSatMat_PartialSatMat_MindlinPhys, PartialSatMat
+
+        kind = PartialSatMat  # a class of its own, so that each pair of materials finds its own functor
+        physics.append(
+            _mindlin(Ip2_PartialSatMat_PartialSatMat_MindlinPhys, particle_particle, 0.375, rolling_stiffness)
+        )
+    return Contacts(
+        kind(density=particle.density, young=stiffer * particle.young, poisson=particle.poisson_ratio),
+        FrictMat(density=wall.density, young=stiffer * wall.young, poisson=wall.poisson_ratio),
+        [Ig2_Sphere_Sphere_ScGeom(), Ig2_Box_Sphere_ScGeom(), Ig2_Facet_Sphere_ScGeom()],
+        physics,
+        [Law2_ScGeom_MindlinPhys_Mindlin(includeMoment=rolls, includeAdhesion=True)],
+        damping=0.0,
+    )
+
+
+def _mindlin(functor, pair: Pair, gamma_share: float, rolling_stiffness: float):
+    """One Mindlin functor: per-pair constants; no rolling spring at all where mu_r = 0 (eta = 0 would mean elastic)."""
+    from yade import MatchMaker
+
+    return functor(
+        betan=MatchMaker(algo="val", val=damping_ratio(pair.restitution)),
+        betas=MatchMaker(algo="val", val=tangential_damping_ratio(pair.restitution)),
+        frictAngle=MatchMaker(algo="val", val=atan(pair.static_friction)),
+        eta=pair.rolling_friction,
+        krot=rolling_stiffness if pair.rolling_friction > 0 else 0.0,
+        gamma=max(gamma_share * pair.surface_energy, SWITCH),
+    )
+
+
+def cohesive_frictional(
+    particle: Material,
+    wall: Material,
+    particle_wall: Pair,
+    particle_particle: Pair | None = None,
+    rolling_stiffness: float = 0.0,
+    radius: float = 0.0,
+    damping: float = 0.0,
+) -> Contacts:
+    """Linear contact with friction, normal and shear cohesion and a rolling limit (CohFrictMat).
+
+    Normal cohesion C = F / Rmin^2 with the JKR pull-off F, shear cohesion mu C, reformed at every new contact.
+    The law has no damper: `particle_particle.restitution` has no meaning in it, and energy leaves through friction and
+    the integrator's local `damping` alone, which acts on everything that moves.
+
+    With `particle_particle` given, the walls keep their own restitution, friction and rolling friction: the particle
+    pair is cohesive-frictional, the particle-wall pair Hertz-Mindlin, both in one loop. Without it (one clump on a
+    plate) the particle-wall pair itself is cohesive-frictional.
+
+    Parameters
+    ----------
+    rolling_stiffness : of the Mindlin walls, N m/rad
+    radius : of the particles, m (the mean, where sizes are spread: the pull-off of a pair then scales with Rmin^2)
+    damping : local damping, 0 to 1
+    """
+    from yade import (
+        CohFrictMat,
+        FrictMat,
+        Ig2_Box_Sphere_ScGeom6D,
+        Ig2_Facet_Sphere_ScGeom6D,
+        Ig2_Sphere_Sphere_ScGeom6D,
+        Ip2_CohFrictMat_CohFrictMat_CohFrictPhys,
+        Ip2_FrictMat_FrictMat_MindlinPhys,
+        Law2_ScGeom6D_CohFrictPhys_CohesionMoment,
+        Law2_ScGeom_MindlinPhys_Mindlin,
+        MatchMaker,
+    )
+
+    alone = particle_particle is None
+    pair = particle_wall if alone else particle_particle
+    cohesion = pull_off_force(pair.surface_energy, radius if alone else radius / 2) / radius**2
+
+    def cohesive(material: Material):
+        nu = material.poisson_ratio
+        return CohFrictMat(
+            density=material.density,
+            young=material.young,
+            poisson=2 * (1 - nu) / (2 - nu),  # ks/kn of Mindlin's no-slip contact
+            frictionAngle=atan(pair.static_friction),
+            isCohesive=True,
+            fragile=False,
+            momentRotationLaw=True,
+            alphaKr=0.5,
+            alphaKtw=0.0,
+            etaRoll=pair.rolling_friction,
+            etaTwist=0.0,
+            normalCohesion=0.0,
+            shearCohesion=0.0,
+        )
+
+    def value(number: float):
+        return MatchMaker(algo="val", val=number)
+
+    physics = [
+        Ip2_CohFrictMat_CohFrictMat_CohFrictPhys(
+            setCohesionOnNewContacts=True,
+            normalCohesion=value(cohesion),
+            shearCohesion=value(pair.static_friction * cohesion),
+            frictAngle=value(atan(pair.static_friction)),
+        )
+    ]
+    law = [Law2_ScGeom6D_CohFrictPhys_CohesionMoment(useIncrementalForm=True, always_use_moment_law=True)]
+    wall_material = cohesive(wall)
+    if not alone:
+        wall_material = FrictMat(density=wall.density, young=wall.young, poisson=wall.poisson_ratio)
+        physics.append(_mindlin(Ip2_FrictMat_FrictMat_MindlinPhys, particle_wall, 0.75, rolling_stiffness))
+        law.append(Law2_ScGeom_MindlinPhys_Mindlin(includeMoment=True, includeAdhesion=True))
+    return Contacts(
+        cohesive(particle),
+        wall_material,
+        [Ig2_Sphere_Sphere_ScGeom6D(), Ig2_Box_Sphere_ScGeom6D(), Ig2_Facet_Sphere_ScGeom6D()],
+        physics,
+        law,
+        damping=damping,
+    )
+
+
+LAWS = {"hertz_mindlin": hertz_mindlin, "cohesive_frictional": cohesive_frictional}

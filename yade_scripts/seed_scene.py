@@ -1,0 +1,156 @@
+"""One seed and its plate: what the three bench rigs share."""
+
+import numpy as np
+
+from yade_scripts import contacts, particles
+
+GRAVITY = 9.81  # m/s2
+
+TABLE_1 = "source paper, Table 1"
+CONTACT_LAWS = ("hertz_mindlin", "cohesive_frictional")
+PARAMETERS = {
+    "seed_powder_restitution": {
+        "default": 0.25, "min": 0.05, "max": 0.95, "unit": "1", "meaning": "restitution seed-powder, the paper's a1",
+    },
+    "seed_powder_static_friction": {
+        "default": 0.0, "min": 0.0, "max": 1.5, "unit": "1", "meaning": "static friction seed-powder, the paper's a2",
+    },
+    "seed_powder_rolling_friction": {
+        "default": 0.0, "min": 0.0, "max": 1.0, "unit": "1", "meaning": "rolling friction seed-powder, the paper's a3",
+    },
+    "seed_density_kg_m3": {"default": 1250.0, "min": 500.0, "max": 3000.0, "unit": "kg/m3", "meaning": TABLE_1},
+    "seed_shear_modulus_pa": {"default": 1.02e7, "min": 1e5, "max": 1e10, "unit": "Pa", "meaning": TABLE_1},
+    "seed_poisson_ratio": {"default": 0.4, "min": 0.0, "max": 0.49, "unit": "1", "meaning": TABLE_1},
+    "powder_density_kg_m3": {"default": 1833.0, "min": 500.0, "max": 8000.0, "unit": "kg/m3", "meaning": TABLE_1},
+    "powder_shear_modulus_pa": {"default": 3e7, "min": 1e5, "max": 1e11, "unit": "Pa", "meaning": TABLE_1},
+    "powder_poisson_ratio": {"default": 0.296, "min": 0.0, "max": 0.49, "unit": "1", "meaning": TABLE_1},
+    "cohesive_frictional_damping": {
+        "default": 0.3, "min": 0.0, "max": 0.9, "unit": "1",
+        "meaning": "local damping of the cohesive-frictional law, which has no restitution; not used by hertz_mindlin",
+    },
+}  # fmt: skip
+SEED_LENGTH = {
+    "default": particles.SEED_LENGTH_MM, "min": 1.5, "max": 3.0, "unit": "mm", "meaning": "length of the seed; the clump scales with it",
+}  # fmt: skip
+
+
+def numerics(time_step_fraction: float, stiffness_scale: float) -> dict:
+    """Declaration of the numerics of a seed rig with these defaults."""
+    return {
+        "time_step_fraction": {
+            "default": time_step_fraction, "min": 0.005, "max": 0.25, "unit": "1", "meaning": "of the Rayleigh step of the smallest member",
+        },
+        "stiffness_scale": {
+            "default": stiffness_scale, "min": 1e-3, "max": 10.0, "unit": "1", "meaning": "both shear moduli are multiplied by it",
+        },
+        "rolling_spring": {
+            "default": 0.02, "min": 1e-5, "max": 0.5, "unit": "1", "meaning": "stiffness of the rolling moment below its limit, in I/dt^2",
+        },
+    }  # fmt: skip
+
+
+class SeedScene:
+    """A YADE scene with one clump seed, ready for walls and engines.
+
+    Parameters
+    ----------
+    case : a rig's complete case
+    rotation : (3, 3) array, orientation of the seed
+    added_mass : kg, a point mass at the seed's centre
+    """
+
+    def __init__(self, case: dict, rotation: np.ndarray, added_mass: float = 0.0):
+        from yade import O
+
+        parameters, numerics = case["parameters"], case["numerics"]
+        softer = numerics["stiffness_scale"]
+        seed, powder = (
+            contacts.Material(
+                parameters[f"{name}_density_kg_m3"],
+                softer * parameters[f"{name}_shear_modulus_pa"],
+                parameters[f"{name}_poisson_ratio"],
+            )
+            for name in ("seed", "powder")
+        )
+        pair = contacts.Pair(*(parameters[f"seed_powder_{k}"] for k in ("restitution", "static_friction", "rolling_friction")))
+        length = case["conditions"]["seed_length_mm"]
+        centres, self.radii = particles.alfalfa_seed(length)
+        mass, inertia = particles.seed_mass_properties(length, seed.density)
+        self.mass = mass + added_mass
+        self.inertia = np.array(inertia)
+        self.rest_height = float(self.radii.max())  # of the centre above the plate, lying flat
+        self.reach = float((np.linalg.norm(centres, axis=1) + self.radii).max())  # no part of the seed is farther from its centre
+        self.points = centres @ rotation.T
+        self.rotation = rotation
+        self.time_step = numerics["time_step_fraction"] * contacts.rayleigh_step(float(self.radii.min()), seed)
+        spring = numerics["rolling_spring"] * min(inertia) / self.time_step**2
+        options = {"rolling_stiffness": spring}
+        if case["contact_law"] == "cohesive_frictional":
+            options |= {"radius": self.rest_height, "damping": parameters["cohesive_frictional_damping"]}
+        self.contacts = contacts.LAWS[case["contact_law"]](seed, powder, pair, **options)
+        O.reset()
+
+    def place(self, position) -> None:
+        """Put the seed's centre at a position (m), at rest."""
+        from yade import O, utils
+
+        spheres = [
+            utils.sphere(tuple(point + position), radius, material=self.contacts.particle, color=(1, 1, 1))
+            for point, radius in zip(self.points, self.radii, strict=True)
+        ]
+        clump, members = O.bodies.appendClumped(spheres, discretization=0)
+        self.state = O.bodies[clump].state
+        self.members = members
+        axes = np.array(self.state.ori.toRotationMatrix()).T @ self.rotation
+        self.state.inertia = tuple(axes**2 @ self.inertia)  # along YADE's axes, a permutation of the seed's
+        self.state.mass = self.mass
+        for member in members:
+            O.bodies[member].state.mass = self.mass  # contact damping reads the member's mass
+
+    def plate(self, centre, half_size, orientation=None) -> None:
+        """A fixed box of the powder's material."""
+        from yade import O, Quaternion, utils
+
+        O.bodies.append(
+            utils.box(
+                tuple(centre),
+                tuple(half_size),
+                orientation=orientation or Quaternion((1, 0, 0), 0),
+                fixed=True,
+                material=self.contacts.wall,
+                color=(1, 1, 1),
+            )
+        )
+
+    def start(self, gravity, damp_gravity: bool = True) -> None:
+        """Set up the engines; the next O.step() moves the seed."""
+        from yade import (
+            Bo1_Box_Aabb,
+            Bo1_Sphere_Aabb,
+            ForceResetter,
+            InsertionSortCollider,
+            InteractionLoop,
+            NewtonIntegrator,
+            O,
+        )
+
+        self.newton = NewtonIntegrator(
+            damping=self.contacts.damping, dampGravity=damp_gravity, gravity=tuple(gravity), exactAsphericalRot=True
+        )
+        O.engines = [
+            ForceResetter(),
+            InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Box_Aabb()], verletDist=0.2 * self.radii.min(), targetInterv=-1),
+            InteractionLoop(self.contacts.geometry, self.contacts.physics, self.contacts.law),
+            self.newton,
+        ]
+        O.dt = self.time_step
+
+    def kinetic_energy(self) -> float:
+        """Kinetic energy per mass, m2/s2, rotation included."""
+        state = self.state
+        return 0.5 * state.vel.dot(state.vel) + 0.5 * state.angVel.dot(state.angMom) / self.mass
+
+
+def lowest(points: np.ndarray, radii: np.ndarray, normal) -> float:
+    """Lowest extent of spheres along a unit normal, m (negative below the seed's centre)."""
+    return float((points @ np.asarray(normal) - radii).min())

@@ -1,0 +1,103 @@
+"""Slope slip: a seed lies on a powder plate that is tilted; at which angle does it start to slide?
+
+The seed lies flat, its long axis down the slope within `YAW_DEG` (drawn per seed number), free to move and turn. The
+angle is bracketed: the tilt is raised from the last angle that held to a trial angle, held there, and the seed is
+asked whether it moves; the bracket is halved until it is narrower than `bracket_deg`. The plate stays level and gravity
+is tilted, which is the same.
+"""
+
+if __name__ == "__main__":  # by hand: yade -x -n slope_slip.py cases.json observables.csv
+    import os
+    import runpy
+    import sys
+
+    sys.argv.insert(1, os.path.abspath(sys.argv[0]))
+    runpy.run_path(os.path.join(os.path.dirname(sys.argv[1]), "case.py"), run_name="__main__")
+
+from math import cos, pi, radians, sin
+
+from yade_scripts import particles, seed_scene
+from yade_scripts.case import Failed
+from yade_scripts.seed_scene import GRAVITY, SeedScene
+
+RIG = {
+    "name": "slope_slip",
+    "contact_laws": seed_scene.CONTACT_LAWS,
+    "parameters": seed_scene.PARAMETERS,
+    "conditions": {
+        "seed_length_mm": seed_scene.SEED_LENGTH,
+        "added_mass_mg": {
+            "default": 0.0, "min": 0.0, "max": 50.0, "unit": "mg", "meaning": "a weight carried at the seed's centre",
+        },
+    },
+    "effects": {},
+    "numerics": {
+        **seed_scene.numerics(time_step_fraction=0.1, stiffness_scale=1.0),
+        "hold_ms": {"default": 4.0, "min": 1.0, "max": 100.0, "unit": "ms", "meaning": "time at each trial angle"},
+        "bracket_deg": {"default": 0.02, "min": 0.001, "max": 1.0, "unit": "deg", "meaning": "width of the last bracket"},
+    },
+    "observables": {"slip_angle_deg": "tilt at which the seed starts to slide"},
+    "random": True,
+    "time_limit_s": 60.0,
+}  # fmt: skip
+
+YAW_DEG = 10.0
+STEEPEST_DEG = 80.0
+SLIDING = 1e-3  # share of the speed free of friction that tells sliding from creaking
+
+
+def simulate(case: dict) -> dict:
+    """One seed; the angle in degrees."""
+    from yade import O
+
+    numerics = case["numerics"]
+    yaw = radians(YAW_DEG) * (2 * particles.even_points(case["seed"])[0] - 1)
+    scene = SeedScene(case, particles.about(2, yaw), 1e-6 * case["conditions"]["added_mass_mg"])
+    scene.place((0, 0, scene.rest_height))
+    scene.plate((0, 0, -0.005), (10, 10, 0.005))
+    scene.start((0, 0, -GRAVITY))
+    hold_steps = max(1, round(1e-3 * numerics["hold_ms"] / scene.time_step))
+
+    def tilt(angle_deg: float, steps: int) -> None:
+        """Turn gravity smoothly from where it is to an angle, over so many steps."""
+        for k in range(1, steps + 1):
+            if k % 10 == 0 or k == steps:
+                part = 0.5 - 0.5 * cos(pi * k / steps)
+                angle = radians(tilt.angle_deg + part * (angle_deg - tilt.angle_deg))
+                scene.newton.gravity = (GRAVITY * sin(angle), 0, -GRAVITY * cos(angle))
+            O.step()
+        tilt.angle_deg = angle_deg
+
+    tilt.angle_deg = 0.0
+
+    def slides(angle_deg: float) -> bool:
+        """Whether the seed is moving after a hold at an angle."""
+        tilt(angle_deg, hold_steps)
+        for _ in range(hold_steps):
+            O.step()
+        free = GRAVITY * hold_steps * scene.time_step
+        return scene.state.vel.norm() > SLIDING * free * 0.5
+
+    def settle(angle_deg: float) -> None:
+        """Bring the seed to rest at an angle that holds it."""
+        own, scene.newton.damping = scene.newton.damping, 0.5
+        scene.state.vel, scene.state.angMom, scene.state.angVel = (0, 0, 0), (0, 0, 0), (0, 0, 0)
+        tilt(angle_deg, hold_steps)
+        for _ in range(hold_steps):
+            O.step()
+        scene.newton.damping = own
+
+    settle(0.0)
+    holds, slips = 0.0, STEEPEST_DEG
+    if slides(holds):
+        raise Failed("the seed moves on a level plate")
+    while slips - holds > numerics["bracket_deg"]:
+        angle = 0.5 * (holds + slips)
+        if slides(angle):
+            slips = angle
+            settle(holds)
+        else:
+            holds = angle
+    if slips == STEEPEST_DEG:
+        raise Failed(f"no sliding up to {STEEPEST_DEG:g} deg")
+    return {"slip_angle_deg": 0.5 * (holds + slips)}
