@@ -138,19 +138,17 @@ class Table:
             raise OSError("the disk is full: a result could not be written whole")
 
 
-def claims(file: Path, total: int, at_most: float):
-    """Indices of cases no other process has claimed, claimed one at a time; record k of the file is case k's process."""
+def claims(file: Path, total: int, worker: str):
+    """Indices of cases nobody has claimed, claimed one at a time; record k of the file names case k's worker."""
     descriptor = os.open(file, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o644)
-    taken = 0
-    while taken < at_most:
+    while True:
         fcntl.flock(descriptor, fcntl.LOCK_EX)
         index = os.fstat(descriptor).st_size // CLAIM_BYTES
         if index < total:
-            os.write(descriptor, f"{os.getpid():>{CLAIM_BYTES - 1}}\n".encode())
+            os.write(descriptor, f"{worker:>{CLAIM_BYTES - 1}}\n".encode())
         fcntl.flock(descriptor, fcntl.LOCK_UN)
         if index >= total:
             return
-        taken += 1
         yield index
 
 
@@ -193,7 +191,7 @@ def campaign(file: Path) -> int:
     modules = {name: load(rig["file"]) for name, rig in task["rigs"].items()}
     tables = {name: Table(rig["table"], columns(modules[name].RIG)) for name, rig in task["rigs"].items()}
     cases = task["cases"]
-    mine = claims(Path(task["claims"]), len(cases), task["at_most"] or math.inf)
+    mine = claims(Path(task["claims"]), len(cases), os.environ["PELLET_STUDY_WORKER"])
     jobs = ((cases[index].pop("rig"), cases[index]) for index in mine)
     work(jobs, modules, tables, Table(task["timings"], ["id", "seconds"]))
     return 0

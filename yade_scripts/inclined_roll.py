@@ -27,10 +27,10 @@ RIG = {
     "parameters": seed_scene.PARAMETERS,
     "conditions": {
         "slope_deg": {
-            "default": 35.0, "min": 20.0, "max": 60.0, "unit": "deg", "meaning": "inferred from Table 5, not printed in the paper",
+            "default": 34.0, "min": 20.0, "max": 60.0, "unit": "deg", "meaning": "inferred from Table 5, not printed in the paper",
         },
         "release_distance_mm": {
-            "default": 300.0, "min": 20.0, "max": 600.0, "unit": "mm", "meaning": "along the slope; inferred from Table 5",
+            "default": 450.0, "min": 20.0, "max": 600.0, "unit": "mm", "meaning": "along the slope; inferred from Table 5",
         },
         "seed_length_mm": seed_scene.SEED_LENGTH,
     },

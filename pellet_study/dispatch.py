@@ -1,0 +1,238 @@
+"""Cases in, rows out, through YADE processes: one a core, each working through many cases.
+
+A process claims one case after the other from a file all processes share and appends each row to the store as it is
+known. So nothing is lost when anything is killed: asked again, only what has no row is computed.
+"""
+
+import json
+import os
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+from collections.abc import Sequence
+from pathlib import Path
+
+import pandas as pd
+
+from pellet_study import rigs, yade
+from pellet_study.errors import SimulationError
+from pellet_study.store import Store, key
+from yade_scripts.case import CLAIM_BYTES, Table, flat, one_line
+
+POLL_S = 0.05
+NOISE = ("Welcome to Yade", "Using python version", "XMLRPC", "TCP python prompt", "Running script", "Master:")
+
+
+def cores() -> int:
+    """Number of cores this process may use."""
+    return len(os.sched_getaffinity(0))
+
+
+def run(cases: Sequence[dict], store: Path, *, workers: int | None = None, quiet: bool = False) -> pd.DataFrame:
+    """Simulate the cases that are not stored yet, and return the row of each.
+
+    Parameters
+    ----------
+    cases : complete cases (`rigs.case`)
+    store : folder of finished cases, made where it is missing
+    workers : YADE processes at once; default one a core
+    quiet : no progress bar (there is none either where stderr is no terminal)
+
+    Returns
+    -------
+    One row a case, in the order of `cases`: `rig`, `id`, inputs, observables, `status` (`ok`, or the reason why the
+    observables are missing). A failed case is an answer like any other and is not tried again.
+
+    Raises
+    ------
+    SimulationError : YADE ends before its first case
+    """
+    keyed = [{**case, "id": key(case)} for case in cases]
+    with Store(store) as opened:
+        known = {name: opened.rows(rigs.rig(name)) for name in dict.fromkeys(case["rig"] for case in keyed)}
+        missing = {case["id"]: case for case in keyed if case["id"] not in known[case["rig"]].index}
+        if missing:
+            _Campaign(list(missing.values()), opened, workers or cores(), quiet).run()
+            known = {name: opened.rows(rigs.rig(name)) for name in known}
+    rows = []
+    for name, table in known.items():
+        places = [place for place, case in enumerate(keyed) if case["rig"] == name]
+        found = table.loc[[keyed[place]["id"] for place in places]].reset_index()
+        rows.append(found.assign(rig=name, place=places))
+    if not rows:
+        return pd.DataFrame(columns=["rig", "id", "status"])
+    return pd.concat(rows).sort_values("place").drop(columns="place").reset_index(drop=True)
+
+
+class _Worker:
+    """A YADE process, its log, and the case it is at."""
+
+    def __init__(self, number: int, process: subprocess.Popen, log: Path):
+        self.name, self.process, self.log = f"w{number}", process, log
+        self.index: int | None = None  # of the case it claimed last
+        self.since = time.monotonic()
+        self.reason: str | None = None  # why it was killed
+
+    def kill(self, reason: str | None = None) -> None:
+        self.reason = reason
+        try:
+            os.killpg(self.process.pid, signal.SIGKILL)
+        except ProcessLookupError:
+            pass
+
+    def last_words(self) -> str:
+        """The last line the simulator wrote that is not its usual banner."""
+        lines = self.log.read_text(errors="replace").splitlines()
+        said = [line.strip() for line in lines if line.strip() and not line.startswith(NOISE)]
+        return one_line(said[-1]) if said else "no last words"
+
+
+class _Campaign:
+    """The cases of one call, worked through by YADE processes."""
+
+    def __init__(self, cases: list[dict], store: Store, workers: int, quiet: bool):
+        self.cases, self.store, self.most, self.quiet = cases, store, min(workers, len(cases)), quiet
+        self.rigs = {name: rigs.rig(name) for name in dict.fromkeys(case["rig"] for case in cases)}
+        self.folder = Path(tempfile.mkdtemp(prefix="campaign-", dir=store.folder))
+        self.tables = {name: store.table(rig) for name, rig in self.rigs.items()}
+        self.seen = {name: table.stat().st_size if table.exists() else 0 for name, table in self.tables.items()}
+        self.failed, self.finished, self.started = 0, set(), 0
+        self.running: list[_Worker] = []
+        self.lifeline, self.held = os.pipe()
+
+    def run(self) -> None:
+        """Work until every case has a row."""
+        from tqdm import tqdm
+
+        bar = tqdm(total=len(self.cases), unit="case", desc="simulating", disable=True if self.quiet else None, leave=False)
+        try:
+            crashed = self._work(self.cases, bar)
+            for case, _ in crashed:  # alone, so that a neighbour's fault or a passing shortage is not held against it
+                for again, reason in self._work([case], bar):
+                    self._record(again, reason)
+                    self._count(bar)
+        finally:
+            for worker in self.running:
+                worker.kill()
+            for worker in self.running:
+                worker.process.wait()
+            os.close(self.held)
+            os.close(self.lifeline)
+            bar.close()
+            shutil.rmtree(self.folder, ignore_errors=True)
+
+    def _work(self, cases: list[dict], bar) -> list[tuple[dict, str]]:
+        """Work through a list; returns the cases that crashed YADE, with the reason."""
+        folder = Path(tempfile.mkdtemp(dir=self.folder))
+        claims = folder / "claims"
+        task = {
+            "rigs": {n: {"file": str(rig.file), "table": str(self.tables[n])} for n, rig in self.rigs.items()},
+            "timings": str(self.store.folder / "timings.csv"),
+            "claims": str(claims),
+            "cases": cases,
+        }
+        (folder / "campaign.json").write_text(json.dumps(task))
+        claims.touch()
+        crashed: list[tuple[dict, str]] = []
+        done_before = len(self.finished)
+        while True:
+            claimed = claims.stat().st_size // CLAIM_BYTES
+            for _ in range(min(self.most - len(self.running), len(cases) - claimed)):
+                self._start(folder)
+            if not self.running:
+                return crashed
+            time.sleep(POLL_S)
+            ended = [worker for worker in self.running if worker.process.poll() is not None]
+            self._watch(claims, cases)
+            self._count(bar)
+            for worker in ended:
+                self.running.remove(worker)
+                crash = self._end(worker, cases)
+                if crash:
+                    crashed.append(crash)
+            done = len(self.finished) - done_before
+            if done + len(crashed) == len(cases) and not self.running:
+                return crashed
+
+    def _start(self, folder: Path) -> None:
+        self.started += 1
+        log = folder / f"w{self.started}.log"
+        with open(log, "wb") as output:
+            process = subprocess.Popen(
+                yade.command(rigs.SCRIPTS / "case.py", str(folder / "campaign.json")),
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                cwd=folder,
+                env=yade.environment(
+                    str(folder), PELLET_STUDY_WORKER=f"w{self.started}", PELLET_STUDY_LIFELINE=str(self.lifeline)
+                ),
+                pass_fds=[self.lifeline],
+                start_new_session=True,
+            )
+        self.running.append(_Worker(self.started, process, log))
+
+    def _watch(self, claims: Path, cases: list[dict]) -> None:
+        """See which case each process is at; kill a process whose case takes too long."""
+        now = time.monotonic()
+        last = {name.strip(): index for index, name in enumerate(claims.read_text().splitlines())}
+        for worker in self.running:
+            index = last.get(worker.name)
+            if index != worker.index:
+                worker.index, worker.since = index, now
+            elif index is not None and worker.reason is None:
+                limit = self.rigs[cases[index]["rig"]].time_limit_s
+                if now - worker.since > limit and cases[index]["id"] not in self.finished:
+                    worker.kill(f"took longer than its time limit of {limit:g} s")
+
+    def _count(self, bar) -> None:
+        """Read the rows that are new in the tables."""
+        for name, table in self.tables.items():
+            if not table.exists() or table.stat().st_size <= self.seen[name]:
+                continue
+            with open(table, "rb") as stream:
+                stream.seek(self.seen[name])
+                new = stream.read()
+            new = new[: new.rfind(b"\n") + 1]
+            self.seen[name] += len(new)
+            for line in new.splitlines():
+                if not line.startswith(b"id,"):
+                    self.finished.add(line.split(b",", 1)[0].decode(errors="replace"))
+                    self.failed += not line.endswith(b",ok")
+                    bar.update()
+        if self.failed:
+            bar.set_postfix(failed=self.failed, refresh=False)
+
+    def _end(self, worker: _Worker, cases: list[dict]) -> tuple[dict, str] | None:
+        """A process ended: nothing to say, its time limit, a crash in its last case, or a YADE that does not run."""
+        code = worker.process.returncode
+        if code == 0:
+            return None
+        if worker.index is None:
+            raise SimulationError(
+                f"YADE ended before its first case ({_ending(code)}): {worker.last_words()}. "
+                f"Try it by hand: {' '.join(yade.command(rigs.SCRIPTS / 'rebound.py', '--example', 'cases.json'))}"
+            )
+        case = cases[worker.index]
+        if case["id"] in self.finished:
+            return None
+        if worker.reason:
+            self._record(case, worker.reason)
+            return None
+        return case, f"crashed YADE ({_ending(code)}): {worker.last_words()}"
+
+    def _record(self, case: dict, reason: str) -> None:
+        """Store a failure YADE could not store itself; it is counted like any other row."""
+        names = self.store.columns(self.rigs[case["rig"]])
+        Table(self.tables[case["rig"]], names).append({**flat(case), "status": reason})
+
+
+def _ending(code: int) -> str:
+    """How a process ended, in words; a shell between reports a signal as 128 + its number."""
+    number = -code if code < 0 else code - 128
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"exit status {code}"

@@ -1,0 +1,109 @@
+"""The YADE rigs: what each declares, and complete cases for them."""
+
+import hashlib
+import importlib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from difflib import get_close_matches
+from functools import cache
+from pathlib import Path
+
+import yade_scripts
+from pellet_study.errors import InputError
+
+SCRIPTS = Path(yade_scripts.__file__).resolve().parent
+SHARED = ("case.py", "particles.py", "contacts.py", "seed_scene.py")
+
+
+@dataclass(frozen=True)
+class Rig:
+    """What a rig's file declares.
+
+    `parameters`, `conditions` and `numerics` map names to {default, min, max, unit, meaning}; `effects` maps an
+    effect's name to its parameters with the value that means absent; `random` rigs scatter over the seed.
+    """
+
+    name: str
+    file: Path
+    contact_laws: tuple[str, ...]
+    parameters: dict
+    conditions: dict
+    effects: dict
+    numerics: dict
+    observables: dict
+    random: bool
+    time_limit_s: float
+
+    @property
+    def fingerprint(self) -> str:
+        """Hash of every script the answer depends on: the rig's own file and those all rigs share."""
+        digest = hashlib.sha256(self.file.read_bytes())
+        for name in SHARED:
+            digest.update((SCRIPTS / name).read_bytes())
+        return digest.hexdigest()
+
+
+def _files() -> dict[str, Path]:
+    """Rigs by name: files of yade_scripts and of its checks that declare a RIG."""
+    files = [*SCRIPTS.glob("*.py"), *(SCRIPTS / "checks").glob("*.py")]
+    return {file.stem: file for file in files if "\nRIG = {" in file.read_text(encoding="utf-8")}
+
+
+@cache
+def rig(name: str) -> Rig:
+    """The rig of that name.
+
+    Raises
+    ------
+    InputError : no such rig
+    """
+    files = _files()
+    if name not in files:
+        near = get_close_matches(name, files, n=1)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        raise InputError(f"rig {name!r} is unknown; there are {', '.join(sorted(files))}{hint}")
+    file = files[name]
+    package = "yade_scripts" if file.parent == SCRIPTS else "yade_scripts.checks"
+    declaration = importlib.import_module(f"{package}.{name}").RIG
+    return Rig(file=file, **{k: tuple(v) if k == "contact_laws" else v for k, v in declaration.items()})
+
+
+def case(
+    name: str,
+    *,
+    contact_law: str | None = None,
+    seed: int = 0,
+    parameters: Mapping[str, float] | None = None,
+    conditions: Mapping[str, float] | None = None,
+    effects: Mapping[str, Mapping[str, float]] | None = None,
+    numerics: Mapping[str, float] | None = None,
+) -> dict:
+    """A complete case of a rig: what is not given keeps the rig's default.
+
+    Raises
+    ------
+    InputError : a name the rig does not know
+    """
+    declared = rig(name)
+    complete = {"rig": name, "contact_law": contact_law or declared.contact_laws[0], "seed": int(seed)}
+    given = {"parameters": parameters, "conditions": conditions, "numerics": numerics}
+    for group, values in given.items():
+        known = getattr(declared, group)
+        defaults = {key: quantity["default"] for key, quantity in known.items()}
+        complete[group] = defaults | _known(name, group, values or {}, known)
+    complete["effects"] = {
+        effect: absent | _known(name, effect, (effects or {}).get(effect, {}), absent)
+        for effect, absent in ((e, {k: q["absent"] for k, q in values.items()}) for e, values in declared.effects.items())
+    }
+    _known(name, "effects", effects or {}, declared.effects)
+    return complete
+
+
+def _known(rig_name: str, group: str, values: Mapping, known: Mapping) -> dict:
+    for key in values:
+        if key not in known:
+            near = get_close_matches(key, known, n=1)
+            hint = f"; did you mean {near[0]!r}?" if near else ""
+            raise InputError(f"rig {rig_name} has no {group[:-1] if group.endswith('s') else group} {key!r}{hint}")
+    return {key: float(value) if isinstance(value, (int, float)) else value for key, value in values.items()}
+
