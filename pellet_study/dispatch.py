@@ -22,7 +22,14 @@ from pellet_study.store import Store, key
 from yade_scripts.case import CLAIM_BYTES, Table, flat, one_line
 
 POLL_S = 0.05
-NOISE = ("Welcome to Yade", "Using python version", "XMLRPC", "TCP python prompt", "Running script", "Master:")
+NOISE = (
+    "Welcome to Yade",
+    "Using python version",
+    "XMLRPC",
+    "TCP python prompt",
+    "Running script",
+    "Master:",
+)
 
 
 def cores() -> int:
@@ -106,10 +113,19 @@ class _Campaign:
         """Work until every case has a row."""
         from tqdm import tqdm
 
-        bar = tqdm(total=len(self.cases), unit="case", desc="simulating", disable=True if self.quiet else None, leave=False)
+        bar = tqdm(
+            total=len(self.cases),
+            unit="case",
+            desc="simulating",
+            disable=True if self.quiet else None,
+            leave=False,
+        )
         try:
             crashed = self._work(self.cases, bar)
-            for case, _ in crashed:  # alone, so that a neighbour's fault or a passing shortage is not held against it
+            for (
+                case,
+                _,
+            ) in crashed:  # alone, so that a neighbour's fault or a passing shortage is not held against it
                 for again, reason in self._work([case], bar):
                     self._record(again, reason)
                     self._count(bar)
@@ -167,7 +183,9 @@ class _Campaign:
                 stderr=subprocess.STDOUT,
                 cwd=folder,
                 env=yade.environment(
-                    str(folder), PELLET_STUDY_WORKER=f"w{self.started}", PELLET_STUDY_LIFELINE=str(self.lifeline)
+                    str(folder),
+                    PELLET_STUDY_WORKER=f"w{self.started}",
+                    PELLET_STUDY_LIFELINE=str(self.lifeline),
                 ),
                 pass_fds=[self.lifeline],
                 start_new_session=True,

@@ -93,7 +93,9 @@ def case(
         complete[group] = defaults | _known(name, group, values or {}, known)
     complete["effects"] = {
         effect: absent | _known(name, effect, (effects or {}).get(effect, {}), absent)
-        for effect, absent in ((e, {k: q["absent"] for k, q in values.items()}) for e, values in declared.effects.items())
+        for effect, absent in (
+            (e, {k: q["absent"] for k, q in values.items()}) for e, values in declared.effects.items()
+        )
     }
     _known(name, "effects", effects or {}, declared.effects)
     return complete
@@ -106,4 +108,3 @@ def _known(rig_name: str, group: str, values: Mapping, known: Mapping) -> dict:
             hint = f"; did you mean {near[0]!r}?" if near else ""
             raise InputError(f"rig {rig_name} has no {group[:-1] if group.endswith('s') else group} {key!r}{hint}")
     return {key: float(value) if isinstance(value, (int, float)) else value for key, value in values.items()}
-

@@ -26,7 +26,9 @@ def executable() -> str:
         if path:
             return str(Path(path).absolute())
     if named:
-        raise InputError(f"PELLET_STUDY_YADE is {named!r}, which is no executable; set it to the yade command or unset it")
+        raise InputError(
+            f"PELLET_STUDY_YADE is {named!r}, which is no executable; set it to the yade command or unset it"
+        )
     raise InputError(
         "YADE was not found: neither yadedaily nor yade is on the PATH. On Debian or Ubuntu: apt-get install yade "
         "(`make study` does it); elsewhere set PELLET_STUDY_YADE to the command"
@@ -42,7 +44,11 @@ def version() -> str:
     SimulationError : YADE does not start
     """
     found = subprocess.run(
-        [executable(), "--version"], capture_output=True, text=True, env=environment("/tmp"), stdin=subprocess.DEVNULL
+        [executable(), "--version"],
+        capture_output=True,
+        text=True,
+        env=environment("/tmp"),
+        stdin=subprocess.DEVNULL,
     )
     words = [line.split(":", 1)[1] for line in found.stdout.splitlines() if line.startswith("Yade version:")]
     if found.returncode or not words:
@@ -56,7 +62,9 @@ def environment(home: str, **more: str) -> dict[str, str]:
     YADE opens a python prompt and an XMLRPC server on every interface unless it believes to be a process of an MPI
     run; OMPI_COMM_WORLD_RANK makes it believe so, from the start.
     """
-    kept = {key: value for key, value in os.environ.items() if key not in LEAKS and not key.startswith(("LC_", "OMPI_"))}
+    kept = {
+        key: value for key, value in os.environ.items() if key not in LEAKS and not key.startswith(("LC_", "OMPI_"))
+    }
     path = SYSTEM_PATH + ":" + os.environ.get("PATH", "")
     kept.update(HOME=home, PATH=path, LC_ALL="C.UTF-8", OMP_NUM_THREADS="1", OMPI_COMM_WORLD_RANK="0", **more)
     kept.pop("DISPLAY", None)

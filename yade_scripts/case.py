@@ -32,6 +32,11 @@ class Failed(Exception):
     """A simulation ran but its result is no observable; the message says why."""
 
 
+def quantity(default: float, low: float, high: float, unit: str, meaning: str) -> dict:
+    """Declaration of a number a rig takes: its default, its range, its unit, what it is."""
+    return {"default": default, "min": low, "max": high, "unit": unit, "meaning": meaning}
+
+
 def load(file: Path):
     """The rig (or effect) in a file, as a module."""
     spec = importlib.util.spec_from_file_location(Path(file).stem, file)
@@ -102,7 +107,11 @@ def run(case: dict, module) -> dict:
     if status != "ok":
         observed = {}
     groups = {**{group: {} for group in GROUPS}, "contact_law": "", "seed": "", **case}
-    return {**flat(groups), **{name: observed.get(name) for name in rig["observables"]}, "status": one_line(status)}
+    return {
+        **flat(groups),
+        **{name: observed.get(name) for name in rig["observables"]},
+        "status": one_line(status),
+    }
 
 
 def one_line(text: str) -> str:

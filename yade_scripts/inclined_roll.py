@@ -18,7 +18,7 @@ from math import radians
 import numpy as np
 
 from yade_scripts import particles, seed_scene
-from yade_scripts.case import Failed
+from yade_scripts.case import Failed, quantity
 from yade_scripts.seed_scene import GRAVITY, SeedScene
 
 RIG = {
@@ -26,25 +26,19 @@ RIG = {
     "contact_laws": seed_scene.CONTACT_LAWS,
     "parameters": seed_scene.PARAMETERS,
     "conditions": {
-        "slope_deg": {
-            "default": 34.0, "min": 20.0, "max": 60.0, "unit": "deg", "meaning": "inferred from Table 5, not printed in the paper",
-        },
-        "release_distance_mm": {
-            "default": 450.0, "min": 20.0, "max": 600.0, "unit": "mm", "meaning": "along the slope; inferred from Table 5",
-        },
+        "slope_deg": quantity(34.0, 20.0, 60.0, "deg", "inferred from Table 5, not printed in the paper"),
+        "release_distance_mm": quantity(450.0, 20.0, 600.0, "mm", "along the slope; inferred from Table 5"),
         "seed_length_mm": seed_scene.SEED_LENGTH,
     },
     "effects": {},
     "numerics": {
         **seed_scene.numerics(time_step_fraction=0.1, stiffness_scale=0.1),
-        "rest_speed_mm_s": {
-            "default": 3.0, "min": 0.01, "max": 20.0, "unit": "mm/s", "meaning": "at rest when slower for 20 ms, rotation included",
-        },
+        "rest_speed_mm_s": quantity(3.0, 0.01, 20.0, "mm/s", "at rest when slower for 20 ms, rotation included"),
     },
     "observables": {"roll_distance_mm": "distance of the centre of mass from the foot of the slope, at rest"},
     "random": True,
     "time_limit_s": 120.0,
-}  # fmt: skip
+}
 
 STEPS_BETWEEN_LOOKS = 100
 REST_TIME = 0.02  # s

@@ -5,7 +5,14 @@ from functools import lru_cache
 import numpy as np
 
 SEED_LENGTH_MM = 2.2  # length x width x thickness 2.2 x 1.3 x 1.0 mm
-_SEED_CENTRES_MM = ((-0.6, 0.0, 0.0), (0.6, 0.0, 0.0), (-0.25, -0.15, 0.0), (-0.25, 0.15, 0.0), (0.25, -0.15, 0.0), (0.25, 0.15, 0.0))
+_SEED_CENTRES_MM = (
+    (-0.6, 0.0, 0.0),
+    (0.6, 0.0, 0.0),
+    (-0.25, -0.15, 0.0),
+    (-0.25, 0.15, 0.0),
+    (0.25, -0.15, 0.0),
+    (0.25, 0.15, 0.0),
+)
 _SEED_RADIUS_MM = 0.5
 
 
@@ -62,7 +69,11 @@ def mass_properties(centres: np.ndarray, radii: np.ndarray, density: float, line
     order = np.argsort(bottom, axis=0)
     bottom, top = np.take_along_axis(bottom, order, 0), np.take_along_axis(top, order, 0)
     reached = np.full(x.shape, -np.inf)
-    chord, first, second = np.zeros_like(x), np.zeros_like(x), np.zeros_like(x)  # integrals of 1, z, z^2 along z
+    chord, first, second = (
+        np.zeros_like(x),
+        np.zeros_like(x),
+        np.zeros_like(x),
+    )  # integrals of 1, z, z^2 along z
     for start, end in zip(bottom, top, strict=True):
         start = np.maximum(start, reached)
         new = end > start

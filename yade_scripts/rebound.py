@@ -17,7 +17,7 @@ if __name__ == "__main__":  # by hand: yade -x -n rebound.py cases.json observab
 from math import cos, radians, sin, sqrt
 
 from yade_scripts import particles, seed_scene
-from yade_scripts.case import Failed
+from yade_scripts.case import Failed, quantity
 from yade_scripts.seed_scene import GRAVITY, SeedScene
 
 RIG = {
@@ -25,11 +25,9 @@ RIG = {
     "contact_laws": seed_scene.CONTACT_LAWS,
     "parameters": seed_scene.PARAMETERS,
     "conditions": {
-        "drop_height_mm": {
-            "default": 120.0, "min": 20.0, "max": 450.0, "unit": "mm", "meaning": "inferred from Table 3, not printed in the paper",
-        },
+        "drop_height_mm": quantity(120.0, 20.0, 450.0, "mm", "inferred from Table 3, not printed in the paper"),
         "seed_length_mm": seed_scene.SEED_LENGTH,
-        "plate_tilt_deg": {"default": 0.0, "min": 0.0, "max": 45.0, "unit": "deg", "meaning": "tilt of the plate"},
+        "plate_tilt_deg": quantity(0.0, 0.0, 45.0, "deg", "tilt of the plate"),
     },
     "effects": {},
     "numerics": seed_scene.numerics(time_step_fraction=0.05, stiffness_scale=1.0),
@@ -39,7 +37,7 @@ RIG = {
     },
     "random": True,
     "time_limit_s": 60.0,
-}  # fmt: skip
+}
 
 STEPS_BETWEEN_LOOKS = 20
 MOST_STEPS = 2_000_000
@@ -56,7 +54,9 @@ def simulate(case: dict) -> dict:
     touch = -seed_scene.lowest(scene.points, scene.radii, (0, 0, 1))  # height of the centre at the touch
     fall = 1e-3 * conditions["drop_height_mm"] + scene.rest_height - touch
     if fall <= 0:
-        raise Failed("the seed touches the plate before it is dropped: drop_height_mm is less than half the seed's length")
+        raise Failed(
+            "the seed touches the plate before it is dropped: drop_height_mm is less than half the seed's length"
+        )
     speed = sqrt(2 * GRAVITY * fall)
     scene.place((0, 0, touch))
     scene.plate((0, 0, -0.005), (10, 10, 0.005))

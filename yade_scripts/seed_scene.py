@@ -3,50 +3,42 @@
 import numpy as np
 
 from yade_scripts import contacts, particles
+from yade_scripts.case import quantity
 
 GRAVITY = 9.81  # m/s2
 
 TABLE_1 = "source paper, Table 1"
 CONTACT_LAWS = ("hertz_mindlin", "cohesive_frictional")
 PARAMETERS = {
-    "seed_powder_restitution": {
-        "default": 0.25, "min": 0.05, "max": 0.95, "unit": "1", "meaning": "restitution seed-powder, the paper's a1",
-    },
-    "seed_powder_static_friction": {
-        "default": 0.0, "min": 0.0, "max": 1.5, "unit": "1", "meaning": "static friction seed-powder, the paper's a2",
-    },
-    "seed_powder_rolling_friction": {
-        "default": 0.0, "min": 0.0, "max": 1.0, "unit": "1", "meaning": "rolling friction seed-powder, the paper's a3",
-    },
-    "seed_density_kg_m3": {"default": 1250.0, "min": 500.0, "max": 3000.0, "unit": "kg/m3", "meaning": TABLE_1},
-    "seed_shear_modulus_pa": {"default": 1.02e7, "min": 1e5, "max": 1e10, "unit": "Pa", "meaning": TABLE_1},
-    "seed_poisson_ratio": {"default": 0.4, "min": 0.0, "max": 0.49, "unit": "1", "meaning": TABLE_1},
-    "powder_density_kg_m3": {"default": 1833.0, "min": 500.0, "max": 8000.0, "unit": "kg/m3", "meaning": TABLE_1},
-    "powder_shear_modulus_pa": {"default": 3e7, "min": 1e5, "max": 1e11, "unit": "Pa", "meaning": TABLE_1},
-    "powder_poisson_ratio": {"default": 0.296, "min": 0.0, "max": 0.49, "unit": "1", "meaning": TABLE_1},
-    "cohesive_frictional_damping": {
-        "default": 0.3, "min": 0.0, "max": 0.9, "unit": "1",
-        "meaning": "local damping of the cohesive-frictional law, which has no restitution; not used by hertz_mindlin",
-    },
-}  # fmt: skip
-SEED_LENGTH = {
-    "default": particles.SEED_LENGTH_MM, "min": 1.5, "max": 3.0, "unit": "mm", "meaning": "length of the seed; the clump scales with it",
-}  # fmt: skip
+    "seed_powder_restitution": quantity(0.25, 0.05, 0.95, "1", "restitution seed-powder, the paper's a1"),
+    "seed_powder_static_friction": quantity(0.0, 0.0, 1.5, "1", "static friction seed-powder, the paper's a2"),
+    "seed_powder_rolling_friction": quantity(0.0, 0.0, 1.0, "1", "rolling friction seed-powder, the paper's a3"),
+    "seed_density_kg_m3": quantity(1250.0, 500.0, 3000.0, "kg/m3", TABLE_1),
+    "seed_shear_modulus_pa": quantity(1.02e7, 1e5, 1e10, "Pa", TABLE_1),
+    "seed_poisson_ratio": quantity(0.4, 0.0, 0.49, "1", TABLE_1),
+    "powder_density_kg_m3": quantity(1833.0, 500.0, 8000.0, "kg/m3", TABLE_1),
+    "powder_shear_modulus_pa": quantity(3e7, 1e5, 1e11, "Pa", TABLE_1),
+    "powder_poisson_ratio": quantity(0.296, 0.0, 0.49, "1", TABLE_1),
+    "cohesive_frictional_damping": quantity(
+        0.3,
+        0.0,
+        0.9,
+        "1",
+        "local damping of the cohesive-frictional law, which has no restitution; not used by hertz_mindlin",
+    ),
+}
+SEED_LENGTH = quantity(particles.SEED_LENGTH_MM, 1.5, 3.0, "mm", "length of the seed; the clump scales with it")
 
 
 def numerics(time_step_fraction: float, stiffness_scale: float) -> dict:
     """Declaration of the numerics of a seed rig with these defaults."""
     return {
-        "time_step_fraction": {
-            "default": time_step_fraction, "min": 0.005, "max": 0.25, "unit": "1", "meaning": "of the Rayleigh step of the smallest member",
-        },
-        "stiffness_scale": {
-            "default": stiffness_scale, "min": 1e-3, "max": 10.0, "unit": "1", "meaning": "both shear moduli are multiplied by it",
-        },
-        "rolling_spring": {
-            "default": 0.02, "min": 1e-5, "max": 0.5, "unit": "1", "meaning": "stiffness of the rolling moment below its limit, in I/dt^2",
-        },
-    }  # fmt: skip
+        "time_step_fraction": quantity(
+            time_step_fraction, 0.005, 0.25, "1", "of the Rayleigh step of the smallest member"
+        ),
+        "stiffness_scale": quantity(stiffness_scale, 1e-3, 10.0, "1", "both shear moduli are multiplied by it"),
+        "rolling_spring": quantity(0.02, 1e-5, 0.5, "1", "stiffness of the rolling moment below its limit, in I/dt^2"),
+    }
 
 
 class SeedScene:
@@ -72,14 +64,18 @@ class SeedScene:
             )
             for name in ("seed", "powder")
         )
-        pair = contacts.Pair(*(parameters[f"seed_powder_{k}"] for k in ("restitution", "static_friction", "rolling_friction")))
+        pair = contacts.Pair(
+            *(parameters[f"seed_powder_{k}"] for k in ("restitution", "static_friction", "rolling_friction"))
+        )
         length = case["conditions"]["seed_length_mm"]
         centres, self.radii = particles.alfalfa_seed(length)
         mass, inertia = particles.seed_mass_properties(length, seed.density)
         self.mass = mass + added_mass
         self.inertia = np.array(inertia)
         self.rest_height = float(self.radii.max())  # of the centre above the plate, lying flat
-        self.reach = float((np.linalg.norm(centres, axis=1) + self.radii).max())  # no part of the seed is farther from its centre
+        self.reach = float(
+            (np.linalg.norm(centres, axis=1) + self.radii).max()
+        )  # no part of the seed is farther from its centre
         self.points = centres @ rotation.T
         self.rotation = rotation
         self.time_step = numerics["time_step_fraction"] * contacts.rayleigh_step(float(self.radii.min()), seed)
@@ -135,11 +131,16 @@ class SeedScene:
         )
 
         self.newton = NewtonIntegrator(
-            damping=self.contacts.damping, dampGravity=damp_gravity, gravity=tuple(gravity), exactAsphericalRot=True
+            damping=self.contacts.damping,
+            dampGravity=damp_gravity,
+            gravity=tuple(gravity),
+            exactAsphericalRot=True,
         )
         O.engines = [
             ForceResetter(),
-            InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Box_Aabb()], verletDist=0.2 * self.radii.min(), targetInterv=-1),
+            InsertionSortCollider(
+                [Bo1_Sphere_Aabb(), Bo1_Box_Aabb()], verletDist=0.2 * self.radii.min(), targetInterv=-1
+            ),
             InteractionLoop(self.contacts.geometry, self.contacts.physics, self.contacts.law),
             self.newton,
         ]

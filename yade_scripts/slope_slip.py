@@ -17,7 +17,7 @@ if __name__ == "__main__":  # by hand: yade -x -n slope_slip.py cases.json obser
 from math import cos, pi, radians, sin
 
 from yade_scripts import particles, seed_scene
-from yade_scripts.case import Failed
+from yade_scripts.case import Failed, quantity
 from yade_scripts.seed_scene import GRAVITY, SeedScene
 
 RIG = {
@@ -26,20 +26,18 @@ RIG = {
     "parameters": seed_scene.PARAMETERS,
     "conditions": {
         "seed_length_mm": seed_scene.SEED_LENGTH,
-        "added_mass_mg": {
-            "default": 0.0, "min": 0.0, "max": 50.0, "unit": "mg", "meaning": "a weight carried at the seed's centre",
-        },
+        "added_mass_mg": quantity(0.0, 0.0, 50.0, "mg", "a weight carried at the seed's centre"),
     },
     "effects": {},
     "numerics": {
         **seed_scene.numerics(time_step_fraction=0.1, stiffness_scale=1.0),
-        "hold_ms": {"default": 4.0, "min": 1.0, "max": 100.0, "unit": "ms", "meaning": "time at each trial angle"},
-        "bracket_deg": {"default": 0.02, "min": 0.001, "max": 1.0, "unit": "deg", "meaning": "width of the last bracket"},
+        "hold_ms": quantity(4.0, 1.0, 100.0, "ms", "time at each trial angle"),
+        "bracket_deg": quantity(0.02, 0.001, 1.0, "deg", "width of the last bracket"),
     },
     "observables": {"slip_angle_deg": "tilt at which the seed starts to slide"},
     "random": True,
     "time_limit_s": 60.0,
-}  # fmt: skip
+}
 
 YAW_DEG = 10.0
 STEEPEST_DEG = 80.0
