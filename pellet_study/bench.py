@@ -1,0 +1,216 @@
+"""The three seed bench tests, calibrated one after the other as the source paper does.
+
+Each stage sweeps one contact parameter over the paper's six levels, fits a parabola to the means, takes the parameter at
+which it meets the measurement, fixes it for the stages that follow, and simulates once more there to verify.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from pellet_study import dispatch, quadratic, rigs
+from pellet_study.errors import InputError, SimulationError
+from yade_scripts.particles import ORIENTATIONS_PER_BLOCK
+
+
+@dataclass(frozen=True)
+class Stage:
+    """One bench test: what is swept, what is read, how many seeds a level and for the verification."""
+
+    rig: str
+    parameter: str
+    symbol: str
+    observable: str
+    levels: tuple[float, ...]
+    seeds: int
+    verification_seeds: int
+    table: int | None  # of the paper, where it is printed
+
+
+STAGES = (
+    Stage(
+        "rebound",
+        "seed_powder_restitution",
+        "a1",
+        "rebound_height_mm",
+        (0.10, 0.15, 0.20, 0.25, 0.30, 0.35),
+        512,
+        4096,
+        3,
+    ),
+    Stage(
+        "slope_slip",
+        "seed_powder_static_friction",
+        "a2",
+        "slip_angle_deg",
+        (0.60, 0.65, 0.70, 0.75, 0.80, 0.85),
+        8,
+        16,
+        None,
+    ),
+    Stage(
+        "inclined_roll",
+        "seed_powder_rolling_friction",
+        "a3",
+        "roll_distance_mm",
+        (0.20, 0.22, 0.24, 0.26, 0.28, 0.30),
+        512,
+        2048,
+        5,
+    ),
+)
+
+
+@dataclass(frozen=True)
+class Reading:
+    """A bench measurement: mean of n readings with their standard deviation (None where unknown), and its conditions."""
+
+    value: float
+    sd: float | None
+    n: int
+    conditions: dict
+
+
+@dataclass(frozen=True)
+class Mean:
+    """Mean of an observable over seeds, its standard error, how many seeds answered and how many failed."""
+
+    value: float
+    standard_error: float
+    n: int
+    failed: int
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """What a stage found.
+
+    `sweep` has a row a level (level, mean, standard_error, n, failed); `value` is None where the curve does not meet
+    the measurement inside the sweep; `joint` is the rig predicted with every calibrated parameter switched on.
+    """
+
+    stage: Stage
+    reading: Reading
+    sweep: pd.DataFrame
+    curve: quadratic.Quadratic
+    value: float | None
+    interval: tuple[float, float]
+    verification: Mean | None
+    joint: Mean | None = None
+
+    @property
+    def verification_error_percent(self) -> float | None:
+        """|simulated - measured| / measured at the calibrated value, %."""
+        if self.verification is None:
+            return None
+        return abs(self.verification.value - self.reading.value) / self.reading.value * 100
+
+
+def mean_over_seeds(values: Sequence[float], failed: int = 0) -> Mean:
+    """Mean over seeds in their order; the standard error from the scatter of whole blocks of seeds.
+
+    Seeds of one block of 64 fill the orientations evenly and are not independent of each other; blocks are. Fewer than
+    four whole blocks: the scatter of the seeds themselves (which overstates the error of an even set).
+    """
+    values = np.asarray(values, dtype=float)
+    blocks = len(values) // ORIENTATIONS_PER_BLOCK
+    if blocks >= 4:
+        means = values[: blocks * ORIENTATIONS_PER_BLOCK].reshape(blocks, -1).mean(axis=1)
+        error = means.std(ddof=1) / np.sqrt(blocks)
+    else:
+        error = values.std(ddof=1) / np.sqrt(len(values)) if len(values) > 1 else float("nan")
+    return Mean(float(values.mean()), float(error), len(values), failed)
+
+
+class Bench:
+    """The bench of one study: its contact law, its fixed parameters, its store.
+
+    Parameters
+    ----------
+    parameters : parameters that are not swept (material constants)
+    effort : share of the seeds of `STAGES` that is simulated, for a quick look
+    """
+
+    def __init__(self, contact_law: str, parameters: dict, store: Path, effort: float = 1.0, quiet: bool = False):
+        self.contact_law, self.parameters = contact_law, dict(parameters)
+        self.store, self.effort, self.quiet = Path(store), effort, quiet
+
+    def seeds(self, number: int) -> int:
+        """A number of seeds at the chosen effort, at least 4."""
+        return max(4, round(number * self.effort))
+
+    def means(self, stage: Stage, reading: Reading, settings: Sequence[dict], seeds: int, first: int) -> list[Mean]:
+        """Mean of a rig's observable at each setting of the parameters, each with seeds of its own from `first` on."""
+        cases = [
+            rigs.case(
+                stage.rig,
+                contact_law=self.contact_law,
+                seed=first + k * seeds + seed,
+                parameters={**self.parameters, **setting},
+                conditions=reading.conditions,
+            )
+            for k, setting in enumerate(settings)
+            for seed in range(seeds)
+        ]
+        rows = dispatch.run(cases, self.store, quiet=self.quiet)
+        answers = []
+        for k, setting in enumerate(settings):
+            part = rows.iloc[k * seeds : (k + 1) * seeds]
+            good = part.loc[part["status"] == "ok", stage.observable].astype(float)
+            if len(good) < 0.9 * seeds:
+                reasons = part.loc[part["status"] != "ok", "status"].value_counts()
+                raise SimulationError(
+                    f"{stage.rig} at {setting}: only {len(good)} of {seeds} runs gave a result; "
+                    f"most common reason: {reasons.index[0]} ({reasons.iloc[0]} runs)"
+                )
+            answers.append(mean_over_seeds(good, seeds - len(good)))
+        return answers
+
+    def calibrate(self, stage: Stage, reading: Reading, fixed: dict) -> Calibrated:
+        """Sweep, fit, invert, verify: one stage, with the parameters of the stages before it fixed."""
+        seeds = self.seeds(stage.seeds)
+        settings = [{**fixed, stage.parameter: level} for level in stage.levels]
+        means = self.means(stage, reading, settings, seeds, 0)
+        sweep = pd.DataFrame(
+            [(x, m.value, m.standard_error, m.n, m.failed) for x, m in zip(stage.levels, means, strict=True)],
+            columns=[stage.parameter, stage.observable, "standard_error", "n", "failed"],
+        )
+        curve = quadratic.fit(stage.levels, sweep[stage.observable])
+        value = curve.root(reading.value)
+        uncertainty = reading.sd / np.sqrt(reading.n) if reading.sd is not None else 0.0
+        interval = curve.interval(reading.value, uncertainty)
+        verification = None
+        if value is not None:
+            after = seeds * len(stage.levels)
+            first = -(-after // ORIENTATIONS_PER_BLOCK) * ORIENTATIONS_PER_BLOCK  # seeds no level has seen
+            there = [{**fixed, stage.parameter: value}]
+            verification = self.means(stage, reading, there, self.seeds(stage.verification_seeds), first)[0]
+        return Calibrated(stage, reading, sweep, curve, value, interval, verification)
+
+    def run(self, readings: dict[str, Reading]) -> list[Calibrated]:
+        """All stages that have a reading, in the paper's order; then each rig with all calibrated parameters at once.
+
+        Raises
+        ------
+        InputError : no reading of a bench rig
+        SimulationError : more than a tenth of a setting's runs failed
+        """
+        stages = [stage for stage in STAGES if stage.rig in readings]
+        if not stages:
+            raise InputError(
+                f"the measurements have no row of a bench rig ({', '.join(s.rig for s in STAGES)}); nothing to calibrate"
+            )
+        found: list[Calibrated] = []
+        fixed = {stage.parameter: 0.0 for stage in STAGES if stage.parameter != "seed_powder_restitution"}
+        for stage in stages:
+            result = self.calibrate(stage, readings[stage.rig], {k: v for k, v in fixed.items() if k != stage.parameter})
+            found.append(result)
+            if result.value is None:
+                return found
+            fixed[stage.parameter] = result.value
+        first = 1_000_000 * ORIENTATIONS_PER_BLOCK
+        joint = [self.means(r.stage, r.reading, [fixed], self.seeds(r.stage.seeds), first)[0] for r in found]
+        return [Calibrated(**{**vars(r), "joint": mean}) for r, mean in zip(found, joint, strict=True)]
