@@ -58,7 +58,14 @@ class Factor:
     @property
     def label(self) -> str:
         """Name with unit, as written on an axis."""
-        return f"{self.name} / {self.unit}" if self.unit else self.name
+        return with_unit(self.name, self.unit)
+
+
+def with_unit(name: str, unit: str) -> str:
+    """A quantity and its unit as written on an axis: `angle / deg`, `G / (J/m2)`."""
+    if not unit:
+        return name
+    return f"{name} / ({unit})" if "/" in unit else f"{name} / {unit}"
 
 
 def parse_factor(text: str) -> Factor:
@@ -66,6 +73,8 @@ def parse_factor(text: str) -> Factor:
     name, _, levels = text.partition("=")
     low, high, unit = (levels.split(",") + ["", ""])[:3]
     try:
+        if not name.strip():
+            raise ValueError
         return Factor(name.strip(), float(low), float(high), unit.strip())
     except ValueError:
         raise InputError(
@@ -74,9 +83,42 @@ def parse_factor(text: str) -> Factor:
         ) from None
 
 
+def parse_factors(words: list[str]) -> list[Factor]:
+    """Several factors; see `parse_factor`.
+
+    Raises
+    ------
+    InputError
+        If two have the same name.
+    """
+    factors = [parse_factor(word) for word in words]
+    names = [factor.name for factor in factors]
+    repeated = [name for name in names if names.count(name) > 1]
+    if repeated:
+        raise InputError(f"the factor {repeated[0]!r} was given {names.count(repeated[0])} times: expected each once")
+    return factors
+
+
+def parse_levels(text: str) -> dict[str, float]:
+    """{name: level} from `A=1.5,B=2`."""
+    try:
+        pairs = [word.split("=") for word in text.split(",")]
+        return {name.strip(): float(level) for name, level in pairs}
+    except ValueError:
+        raise InputError(f"{text!r} was not understood: expected NAME=LEVEL,NAME=LEVEL, such as B=0.887,C=0.319") from None
+
+
+def parse_range(text: str) -> tuple[str, tuple[float, float]]:
+    """(name, (low, high)) from `A=1,2`."""
+    factor = parse_factor(text)
+    return factor.name, (factor.low, factor.high)
+
+
 def physical_design(coded, factors: list[Factor]):
     """The design in physical units: a table (n_runs, n_factors) with one column per factor."""
     import pandas as pd
 
     coded = np.asarray(coded, dtype=float)
-    return pd.DataFrame({factor.name: factor.physical(coded[:, i]) for i, factor in enumerate(factors)}).round(12)
+    return pd.DataFrame(
+        {factor.name: factor.physical(coded[:, i]) for i, factor in enumerate(factors)}
+    ).round(12)

@@ -115,7 +115,9 @@ def target_set(surface: Surface, target: float, uncertainty: float = 0.0, rule: 
     if rule not in RULES:
         raise InputError(f"the rule {rule!r} is unknown: expected {' or '.join(RULES)}")
     if not np.isfinite(target) or not np.isfinite(uncertainty) or uncertainty < 0:
-        raise InputError(f"target {target} +- {uncertainty}: expected finite numbers, the uncertainty 0 or more")
+        raise InputError(
+            f"target {target} +- {uncertainty}: expected finite numbers, the uncertainty 0 or more"
+        )
     sample = _sample(len(surface.table.names))
     predicted = surface.model.predict(sample)
     distance = np.abs(predicted - target)
@@ -174,7 +176,12 @@ def _extreme(surface: Surface, sample, predicted, sign: int) -> float:
     """Lowest (sign 1) or highest (sign -1) predicted response of the box."""
     starts = sample[np.argsort(sign * predicted)[:3]]
     found = [
-        _minimise(surface, lambda x: sign * surface.model.predict(x)[0], lambda x: sign * surface.model.gradient(x)[0], x)
+        _minimise(
+            surface,
+            lambda x: sign * surface.model.predict(x)[0],
+            lambda x: sign * surface.model.gradient(x)[0],
+            x,
+        )
         for x in starts
     ]
     values = surface.model.predict(np.vstack([found, starts]))
@@ -200,7 +207,12 @@ def _extents(surface: Surface, sample, distance, target: float) -> list[Extent]:
         ends = []
         for sign in (1, -1):
             starts = near[np.argsort(sign * near[:, i])[[0, 1, 2, len(near) // 20]]]
-            found = [_minimise(surface, lambda x, s=sign, j=i: s * x[j], lambda x, s=sign, e=unit: s * e, x, target) for x in starts]
+            found = [
+                _minimise(
+                    surface, lambda x, s=sign, j=i: s * x[j], lambda x, s=sign, e=unit: s * e, x, target
+                )
+                for x in starts
+            ]
             values = [x[i] for x in found if _on_target(surface, x, target)] or [starts[0, i]]
             ends.append(float(min(values) if sign > 0 else max(values)))
         extents.append(Extent(factor.name, tuple(ends), tuple(float(factor.physical(end)) for end in ends)))
@@ -220,7 +232,11 @@ def _recommended(surface: Surface, sample, distance, target: float, rule: str, r
     objective, jacobian = _objective(surface, rule)
     near = sample[_near(distance)]
     starts = near[np.argsort([objective(x) for x in near])[[0, 1, 5, 20]]]
-    found = [x for x in (_minimise(surface, objective, jacobian, x, target) for x in starts) if _on_target(surface, x, target)]
+    found = [
+        x
+        for x in (_minimise(surface, objective, jacobian, x, target) for x in starts)
+        if _on_target(surface, x, target)
+    ]
     return min(found or [starts[0]], key=objective)
 
 
@@ -248,7 +264,11 @@ def _measurements(surface: Surface, sample, distance, uncertainty: float, recomm
     if uncertainty:
         squared = uncertainty**2 / 4 + _squared_half_width(surface, now)
         options.append(
-            Measurement("halve the uncertainty of the target (4 times the readings)", None, _fraction(distance, squared))
+            Measurement(
+                "halve the uncertainty of the target (4 times the readings)",
+                None,
+                _fraction(distance, squared),
+            )
         )
     if surface.model.mean_square_error:
         point, leverage = _best_run(surface, sample, now, distance, recommended)
@@ -268,10 +288,14 @@ def _best_run(surface: Surface, sample, leverage, distance, recommended) -> tupl
     own points, the recommended one and a spread of points next to the sheet.
     """
     near = sample[_near(distance)]
-    candidates = np.vstack([np.unique(surface.table.coded.to_numpy(), axis=0), recommended, near[:: max(1, len(near) // 60)]])
+    candidates = np.vstack(
+        [np.unique(surface.table.coded.to_numpy(), axis=0), recommended, near[:: max(1, len(near) // 60)]]
+    )
     model, inverse = surface.model, surface.model.inverse
     points, runs = columns_of(near, model.terms), columns_of(candidates, model.terms)
     gain = (points @ inverse @ runs.T) ** 2 / (1 + model.leverage(candidates))
     best = int(np.argmax(gain.mean(axis=0)))
-    lowered = (columns_of(sample, model.terms) @ inverse @ runs[best]) ** 2 / (1 + model.leverage(candidates[best])[0])
+    lowered = (columns_of(sample, model.terms) @ inverse @ runs[best]) ** 2 / (
+        1 + model.leverage(candidates[best])[0]
+    )
     return candidates[best], leverage - lowered

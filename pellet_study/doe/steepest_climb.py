@@ -144,7 +144,9 @@ def _origin(start, direction: np.ndarray, factors: list[Factor]) -> np.ndarray:
         return -np.sign(direction)
     missing = [factor.name for factor in factors if factor.name not in start]
     if missing:
-        raise InputError(f"the start of the climb gives no level of {missing[0]!r}: expected one of every factor moved")
+        raise InputError(
+            f"the start of the climb gives no level of {missing[0]!r}: expected one of every factor moved"
+        )
     return np.array([float(factor.coded(start[factor.name])) for factor in factors])
 
 
@@ -161,7 +163,9 @@ def _room(origin, direction, factors, limits) -> float:
         if d:
             room = min(room, ((high if d > 0 else low) - x) / d)
     if room < 1e-9:
-        raise InputError("the climb starts at a limit it would cross at once: start elsewhere, or widen the limits")
+        raise InputError(
+            "the climb starts at a limit it would cross at once: start elsewhere, or widen the limits"
+        )
     return float(room)
 
 
@@ -170,7 +174,9 @@ def _step_size(step: tuple[str, float], direction, factors) -> float:
     index = next((i for i, factor in enumerate(factors) if factor.name == name), None)
     if index is None or not direction[index] or not size:
         moved = ", ".join(factor.name for factor in factors)
-        raise InputError(f"a step of {size:g} of {name!r} was asked for: expected a factor that moves ({moved}), not 0")
+        raise InputError(
+            f"a step of {size:g} of {name!r} was asked for: expected a factor that moves ({moved}), not 0"
+        )
     return float(abs(size / (factors[index].half_range * direction[index])))
 
 
@@ -238,7 +244,11 @@ def turning(runs: pd.DataFrame, target: float | None = None, ascend: bool = True
         at_start=place == 0,
         centre={name: float(levels[best, i]) for i, name in enumerate(names)},
         next_factors=[
-            Factor(name, *np.round(levels[best, i] + step[i] * np.array([-1, 1]), 10).tolist(), (units or {}).get(name, ""))
+            Factor(
+                name,
+                *np.round(levels[best, i] + step[i] * np.array([-1, 1]), 10).tolist(),
+                (units or {}).get(name, ""),
+            )
             for name, i in moved
         ],
     )
@@ -255,5 +265,3 @@ def _along(levels: np.ndarray, names: list[str]) -> np.ndarray:
         )
     along = offsets @ directions[0]
     return along if along.sum() >= 0 else -along
-
-

@@ -86,7 +86,9 @@ def sample_of(values) -> Sample:
     """
     values = np.asarray(values, dtype=float)
     if len(values) < 2:
-        raise InputError(f"{len(values)} run was given to validate with: expected 2 or more, for a standard deviation")
+        raise InputError(
+            f"{len(values)} run was given to validate with: expected 2 or more, for a standard deviation"
+        )
     return Sample(float(values.mean()), float(values.std(ddof=1)), len(values))
 
 
@@ -111,7 +113,9 @@ def equivalence(runs: Sample, target: Sample, margin: float, alpha: float = 0.05
     if not np.isfinite(margin) or margin <= 0:
         raise InputError(f"the margin is {margin:g}: expected a positive number in the response's unit")
     if runs.sd is None or runs.n < 2 or (target.sd is not None and target.n < 2):
-        raise InputError("the runs (and a target with an sd) need n of 2 or more: give every reading, or mean, sd and n")
+        raise InputError(
+            "the runs (and a target with an sd) need n of 2 or more: give every reading, or mean, sd and n"
+        )
     from scipy.special import stdtr, stdtrit
 
     standard_error, df = _welch(runs, target)
@@ -144,7 +148,9 @@ def _welch(runs: Sample, target: Sample) -> tuple[float, float]:
     total = sum(variance for variance, _ in parts)
     if total == 0:
         return 0.0, float(parts[0][1])
-    return float(np.sqrt(total)), float(total**2 / sum(variance**2 / df for variance, df in parts if variance))
+    return float(np.sqrt(total)), float(
+        total**2 / sum(variance**2 / df for variance, df in parts if variance)
+    )
 
 
 def tost_power(margin: float, standard_error: float, df: float, alpha: float = 0.05) -> float:
@@ -158,7 +164,9 @@ def tost_power(margin: float, standard_error: float, df: float, alpha: float = 0
     return float(np.clip(2 * passed - 1, 0, 1))
 
 
-def _runs_for_power(runs: Sample, target: Sample, margin: float, alpha: float, power: float = 0.8) -> int | None:
+def _runs_for_power(
+    runs: Sample, target: Sample, margin: float, alpha: float, power: float = 0.8
+) -> int | None:
     for n in range(2, 1001):
         standard_error, df = _welch(Sample(runs.mean, runs.sd, n), target)
         if standard_error == 0 or tost_power(margin, standard_error, df, alpha) >= power:

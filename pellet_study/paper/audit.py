@@ -70,16 +70,31 @@ def bench_test(number: str, equation: str) -> list[Item]:
     physical, solution = text[f"{observable}_physical_mm"], text[f"{parameter}_solution"]
     items = [
         compare(section, f"Eq. {equation} {name}", f"{printed[key]:.5f}", model.coefficients[term])
-        for name, key, term in (("constant", "const", "1"), ("linear", "lin", "a"), ("quadratic", "quad", "a2"))
+        for name, key, term in (
+            ("constant", "const", "1"),
+            ("linear", "lin", "a"),
+            ("quadratic", "quad", "a2"),
+        )
     ]
     items.append(
-        compare(section, f"Eq. {equation} R2", f"{printed['R2']:.5f}", designs.r_squared(model), _r2_reason(model, printed))
+        compare(
+            section,
+            f"Eq. {equation} R2",
+            f"{printed['R2']:.5f}",
+            designs.r_squared(model),
+            _r2_reason(model, printed),
+        )
     )
     items.append(_root(section, model, parameter, solution, physical))
     verified = text[f"{observable}_verification_mm"]
     error = 100 * abs(verified - physical) / physical
     items.append(
-        compare(section, f"relative error of the verification {verified}, %", f"{text[f'{observable}_relative_error_pct']}", error)
+        compare(
+            section,
+            f"relative error of the verification {verified}, %",
+            f"{text[f'{observable}_relative_error_pct']}",
+            error,
+        )
     )
     predicted = interval(model, [[solution]], LEVEL)
     low, high = predicted.prediction
@@ -108,7 +123,10 @@ def _r2_reason(model, printed) -> str:
     if round(value, 5) == printed["R2"]:
         return ""
     half = np.array([half_last_digit(row[2]) for row in tables()["tables"]["5"]["printed"]])
-    perturbed = [designs.r_squared(model, model.response + half * signs) for signs in product((-1, 1), repeat=len(half))]
+    perturbed = [
+        designs.r_squared(model, model.response + half * signs)
+        for signs in product((-1, 1), repeat=len(half))
+    ]
     adjusted = 1 - (1 - value) * (len(half) - 1) / model.df_residual
     line = designs.r_squared(designs.bench_fit(5, degree=1))
     uncentred = 1 - model.ss_residual / np.sum(model.response**2)
@@ -240,8 +258,12 @@ def effects() -> list[Item]:
     for name, cell in cells.items():
         items += [
             compare(section, f"{name} effect", cell["Stdized effects"], screening.effects[name]),
-            compare(section, f"{name} sum of squares", cell["Sum of squares"], screening.sums_of_squares[name]),
-            compare(section, f"{name} contribution, %", cell["Contribution degree"], screening.contributions[name]),
+            compare(
+                section, f"{name} sum of squares", cell["Sum of squares"], screening.sums_of_squares[name]
+            ),
+            compare(
+                section, f"{name} contribution, %", cell["Contribution degree"], screening.contributions[name]
+            ),
         ]
     positive = {name for name, effect in screening.effects.items() if effect > 0}
     claimed = set("ACEFG")
@@ -331,7 +353,12 @@ def climb() -> list[Item]:
                 f"{100 * abs(predicted.predicted - target) / target:.2f} %",
             )
         )  # fmt: skip
-    return [*items, _climb_steps(section, model, factors, points), _climb_monotone(section), *_climb_repeats(section, model, points)]
+    return [
+        *items,
+        _climb_steps(section, model, factors, points),
+        _climb_monotone(section),
+        *_climb_repeats(section, model, points),
+    ]
 
 
 def _climb_steps(section, model, factors, points) -> Item:
@@ -384,7 +411,17 @@ def _climb_repeats(section, model, points) -> list[Item]:
                 f" excludes both {angles[0]:.2f} and {angles[1]:.2f}; that run is {error:.2f} % off the target, and A, D, E, F "
                 f"together move the angle by at most {reach:.3f} deg: a misprint or another setting of them"
             )
-        items.append(_judged(section, f"row {row} and Table 7 at the same B, C, G", f"{nearest:.4f}", mean, inside, reason, mean - nearest))
+        items.append(
+            _judged(
+                section,
+                f"row {row} and Table 7 at the same B, C, G",
+                f"{nearest:.4f}",
+                mean,
+                inside,
+                reason,
+                mean - nearest,
+            )
+        )
     return items
 
 
@@ -408,7 +445,13 @@ def surface_design() -> list[Item]:
 def surface_anova() -> list[Item]:
     """Table 13: partial sums of squares in coded units."""
     section, rows = "Table 13", {row["source"]: row for row in designs.surface().anova}
-    keys = {"Model": "model", "Residual": "residual", "Lack of fit": "lack of fit", "Pure error": "pure error", "Sum": "total"}
+    keys = {
+        "Model": "model",
+        "Residual": "residual",
+        "Lack of fit": "lack of fit",
+        "Pure error": "pure error",
+        "Sum": "total",
+    }
     items = []
     for name, cell in _cells(13).items():
         row = rows[keys.get(name, name.replace("²", "2"))]
@@ -465,7 +508,10 @@ def _at_optimum(b_reversed: bool):
     surface, point = designs.surface(b_reversed), _text()["optimum"]
     half = 0.0005
     corners = [
-        [float(f.coded(point[f.name] + sign * half)) for f, sign in zip(surface.table.factors, signs, strict=True)]
+        [
+            float(f.coded(point[f.name] + sign * half))
+            for f, sign in zip(surface.table.factors, signs, strict=True)
+        ]
         for signs in product((-1, 1), repeat=3)
     ]
     coded = [float(f.coded(point[f.name])) for f in surface.table.factors]
@@ -478,14 +524,26 @@ def optimum() -> list[Item]:
     section, text = "Optimum", _text()
     target = text["repose_angle_physical_deg"]
     items = []
-    for label, b_reversed in (("coding of Table 11 (-1 = 0.90)", True), ("B coded the other way (-1 = 0.82)", False)):
+    for label, b_reversed in (
+        ("coding of Table 11 (-1 = 0.90)", True),
+        ("B coded the other way (-1 = 0.82)", False),
+    ):
         coded, predicted, span = _at_optimum(b_reversed)
         reason = (
             f"coded {', '.join(f'{x:.3f}' for x in coded)}; 95 % confidence {predicted.confidence[0]:.4f} to "
             f"{predicted.confidence[1]:.4f}, prediction {predicted.prediction[0]:.4f} to {predicted.prediction[1]:.4f}; rounding of "
             f"the optimum spans {span[0]:.4f} to {span[1]:.4f}"
         )
-        items.append(compare(section, f"predicted angle at the optimum, {label}", f"{target}", predicted.predicted, reason, span))
+        items.append(
+            compare(
+                section,
+                f"predicted angle at the optimum, {label}",
+                f"{target}",
+                predicted.predicted,
+                reason,
+                span,
+            )
+        )
     found = target_set(designs.surface(), target, text["repose_angle_physical_pm"])
     return [*items, *_reach(section, found), *_centre(section, target), *_coding(section)]
 
@@ -549,7 +607,10 @@ def _row_test(row: int, signs=(-1, 1, 1)) -> tuple[float, tuple[float, float], l
     ]
     found = interval(surface.model, [point], LEVEL)
     width = np.sqrt(surface.model.mean_square_error + found.standard_error**2)
-    p = [float(2 * stdtr(surface.model.df_residual, -abs(angle - found.predicted) / width)) for angle in _implied(row)]
+    p = [
+        float(2 * stdtr(surface.model.df_residual, -abs(angle - found.predicted) / width))
+        for angle in _implied(row)
+    ]
     return found.predicted, found.prediction, p
 
 
@@ -558,7 +619,9 @@ def _coding(section) -> list[Item]:
     misfits = {}
     for signs in product((1, -1), repeat=3):
         predictions = [_row_test(row, signs)[0] for row in (1, 3)]
-        misfits[signs] = sum(min((a - y) ** 2 for a in _implied(row)) for row, y in zip((1, 3), predictions, strict=True))
+        misfits[signs] = sum(
+            min((a - y) ** 2 for a in _implied(row)) for row, y in zip((1, 3), predictions, strict=True)
+        )
     best = min(misfits, key=misfits.get)
     ranking = "; ".join(f"{signs} {misfits[signs]:.2f}" for signs in sorted(misfits, key=misfits.get)[:4])
     printed = (-1, 1, 1)
@@ -587,9 +650,14 @@ def _coding(section) -> list[Item]:
 def verification() -> list[Item]:
     """The verification run against the target, and its t test."""
     section, text = "Verification", _text()
-    target, mean, sd = text["repose_angle_physical_deg"], text["repose_angle_verification_deg"], text["repose_angle_physical_pm"]
+    target, mean, sd = (
+        text["repose_angle_physical_deg"],
+        text["repose_angle_verification_deg"],
+        text["repose_angle_physical_pm"],
+    )
     errors = [
-        100 * abs(mean + i * 0.005 - (target + j * 0.005)) / (target + j * 0.005) for i, j in product((-1, 0, 1), repeat=2)
+        100 * abs(mean + i * 0.005 - (target + j * 0.005)) / (target + j * 0.005)
+        for i, j in product((-1, 0, 1), repeat=2)
     ]
     error = 100 * abs(mean - target) / target
     low, high = target - sd, target + sd
@@ -627,7 +695,9 @@ def _t_test(section, difference: float, sd: float, printed: float) -> Item:
     n = 5
     needed_difference = -stdtrit(2 * n - 2, printed / 2) * sd * np.sqrt(2 / n)
     needed_sd = brentq(
-        lambda other: ttest_ind_from_stats(difference, sd, n, 0, other, n, equal_var=False).pvalue - printed, sd, 1000
+        lambda other: ttest_ind_from_stats(difference, sd, n, 0, other, n, equal_var=False).pvalue - printed,
+        sd,
+        1000,
     )
     reverse = min(one, key=lambda k: abs(1 - one[k] - printed))
     possible = max(max(one.values()), max(two.values())) >= printed

@@ -18,7 +18,10 @@ def screening_factors() -> list[Factor]:
     """The seven factors of Table 6 (levels -1 and +1)."""
     rows = tables()["tables"]["6"]
     names = [printed[0].rsplit(" ", 1)[1] for printed in rows["printed"]]
-    return [Factor(name, low, high, UNITS.get(name, "")) for name, (_, low, high) in zip(names, rows["values"], strict=True)]
+    return [
+        Factor(name, low, high, UNITS.get(name, ""))
+        for name, (_, low, high) in zip(names, rows["values"], strict=True)
+    ]
 
 
 def surface_factors(b_reversed: bool = True) -> list[Factor]:
