@@ -4,8 +4,8 @@ import argparse
 from pathlib import Path
 
 EXAMPLES = """\
-verdicts: reproduced (equal at the printed digits), reproduced to rounding, consistent, inconsistent, data missing,
-not recomputable.
+verdicts: reproduced (equal at the printed digits), reproduced to rounding, consistent, inconsistent, data
+missing, not recomputable.
 
 examples:
   pellet-study audit
@@ -21,7 +21,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.epilog = EXAMPLES
     parser.add_argument("--verdict", choices=VERDICTS, help="print only the items with this verdict")
     parser.add_argument(
-        "--results", metavar="DIR", type=Path, help="also write audit.csv, the recomputed tables and their figures there"
+        "--results",
+        metavar="DIR",
+        type=Path,
+        help="also write audit.csv, the recomputed tables and their figures there",
     )
 
 
@@ -32,7 +35,11 @@ def run(arguments: argparse.Namespace) -> dict:
 
     items = audit()
     _print([item for item in items if arguments.verdict in (None, item.verdict)])
-    print("\n" + ", ".join(f"{number} {verdict}" for verdict, number in counts(items).items()) + f"; {len(items)} items")
+    print(
+        "\n"
+        + ", ".join(f"{number} {verdict}" for verdict, number in counts(items).items())
+        + f"; {len(items)} items"
+    )
     answer = {"rows": plain([item.as_dict() for item in items]), "counts": counts(items)}
     if arguments.results:
         from pellet_study.paper.results import write

@@ -1,4 +1,4 @@
-"""`pellet-study bbd`: analyse a Box-Behnken or central composite table, find a target, validate, or make a design."""
+"""`pellet-study bbd`: analyse a Box-Behnken or central composite table, or make one."""
 
 import argparse
 from pathlib import Path
@@ -7,14 +7,14 @@ from pellet_study.commands.pb import add_table_arguments, check_arguments, warn,
 from pellet_study.errors import InputError
 
 EXAMPLES = """\
-TABLE.csv: factor columns in coded or physical units, the response in the last column; an empty response is a run that
-failed. A factor whose -1 is its higher level is given as --factor B=0.90,0.82.
+TABLE.csv: factor columns in coded or physical units, the response in the last column; an empty response is a
+run that failed. A factor whose -1 is its higher level is given as --factor B=0.90,0.82.
 
 examples:
   pellet-study bbd surface.csv --factor B=0.90,0.82 --target 41.69 --uncertainty 0.79 --figures figures
   pellet-study bbd surface.csv --reduce 0.1 --predict B=0.887,C=0.319,G=0.162
   pellet-study bbd surface.csv --declare-margin 0.8
-  pellet-study bbd surface.csv --target 41.69 --uncertainty 0.79 --target-n 5 --verify 41.1,41.5,40.9,41.6,41.2
+  pellet-study bbd surface.csv --target 41.69 --uncertainty 0.79 --target-n 5 --verify 41.1,41.5,40.9
   pellet-study bbd --design B=0.90,0.82 C=0.25,0.33 G=0.10,0.18 --output design.csv
 """
 
@@ -25,26 +25,46 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_table_arguments(parser)
     models = parser.add_argument_group("reduced models, beside the full one")
     models.add_argument(
-        "--reduce", metavar="P", type=float, nargs="?", const=0.1, help="leave out terms with p above P, hierarchy kept (0.1)"
+        "--reduce",
+        metavar="P",
+        type=float,
+        nargs="?",
+        const=0.1,
+        help="leave out terms with p above P, hierarchy kept (0.1)",
     )
     models.add_argument("--drop", metavar="BC,B2", help="leave these terms out")
     models.add_argument("--predict", metavar="A=X,B=Y", help="prediction at a setting in physical units")
     target = parser.add_argument_group("target")
     target.add_argument("--target", type=float, help="response wanted")
-    target.add_argument("--uncertainty", type=float, default=0.0, help="its uncertainty (sd of a reading with --target-n)")
     target.add_argument(
-        "--rule", choices=("centre", "insensitive"), default="centre", help="which point of the set to recommend (centre)"
+        "--uncertainty", type=float, default=0.0, help="its uncertainty (sd of a reading with --target-n)"
+    )
+    target.add_argument(
+        "--rule",
+        choices=("centre", "insensitive"),
+        default="centre",
+        help="which point of the set to recommend (centre)",
     )
     validation = parser.add_argument_group("validation")
-    validation.add_argument("--declare-margin", metavar="M", type=float, help="write the equivalence margin down")
-    validation.add_argument("--margin-file", metavar="FILE", type=Path, help="where (default: margin.json beside the table)")
+    validation.add_argument(
+        "--declare-margin", metavar="M", type=float, help="write the equivalence margin down"
+    )
+    validation.add_argument(
+        "--margin-file", metavar="FILE", type=Path, help="where (default: margin.json beside the table)"
+    )
     validation.add_argument("--verify", metavar="Y1,Y2,...", help="responses of the validation runs")
-    validation.add_argument("--target-n", metavar="N", type=int, help="readings behind the target (default: taken as known)")
+    validation.add_argument(
+        "--target-n", metavar="N", type=int, help="readings behind the target (default: taken as known)"
+    )
     making = parser.add_argument_group("a new design")
     making.add_argument("--design", metavar="A=LOW,HIGH", nargs="+", help="make the design for these factors")
-    making.add_argument("--face-centred", action="store_true", help="face-centred central composite: has corners")
+    making.add_argument(
+        "--face-centred", action="store_true", help="face-centred central composite: has corners"
+    )
     making.add_argument("--centre", metavar="N", type=int, default=5, help="centre points (5)")
-    making.add_argument("--output", metavar="CSV", type=Path, help="write the design there (default: print it)")
+    making.add_argument(
+        "--output", metavar="CSV", type=Path, help="write the design there (default: print it)"
+    )
 
 
 def run(arguments: argparse.Namespace) -> dict:
@@ -56,7 +76,9 @@ def run(arguments: argparse.Namespace) -> dict:
     from pellet_study.doe.design_table import read_design
     from pellet_study.doe.factors import parse_factor
 
-    table = read_design(arguments.table, [parse_factor(word) for word in arguments.factor], 5, arguments.ignore)
+    table = read_design(
+        arguments.table, [parse_factor(word) for word in arguments.factor], 5, arguments.ignore
+    )
     surface = box_behnken.analyse(table, arguments.alpha)
     warnings = text.surface_warnings(surface)
     print(text.surface_text(surface))
@@ -77,7 +99,9 @@ def _design(arguments) -> dict:
     from pellet_study.doe.factors import parse_factors
 
     factors = parse_factors(arguments.design)
-    return write_design(box_behnken.design(factors, arguments.centre, arguments.face_centred), arguments.output)
+    return write_design(
+        box_behnken.design(factors, arguments.centre, arguments.face_centred), arguments.output
+    )
 
 
 def _reduced(arguments, surface, answer: dict):
@@ -111,7 +135,9 @@ def _predict(arguments, surface, answer: dict, warnings: list[str]) -> None:
             f"--predict and the table disagree on {sorted(missing)[0]!r}: expected one level of every factor "
             f"({', '.join(surface.table.names)})"
         )
-    found = interval(surface.model, [[float(f.coded(levels[f.name])) for f in surface.table.factors]], surface.alpha)
+    found = interval(
+        surface.model, [[float(f.coded(levels[f.name])) for f in surface.table.factors]], surface.alpha
+    )
     print("\n" + text.prediction_text(levels, found))
     if found.extrapolation:
         warnings.append(text.EXTRAPOLATION)
@@ -138,9 +164,11 @@ def _validate(arguments, answer: dict) -> None:
 
     if arguments.declare_margin is not None:
         if arguments.verify:
-            raise InputError("--declare-margin and --verify came together: a margin is declared before the runs are made")
+            raise InputError(
+                "--declare-margin and --verify came together: a margin is declared before the runs are made"
+            )
         validation.declare_margin(path, arguments.declare_margin, arguments.unit)
-        print(f"\nmargin {arguments.declare_margin:g} declared in {path}; make the runs now, then give them with --verify")
+        print(f"\nmargin {arguments.declare_margin:g} declared in {path}; make the runs, then --verify them")
         answer["margin"] = arguments.declare_margin
     if not arguments.verify:
         return
@@ -159,7 +187,9 @@ def _readings(text: str) -> list[float]:
     try:
         return [float(word) for word in text.split(",")]
     except ValueError:
-        raise InputError(f"--verify {text}: expected numbers separated by commas, such as 41.1,41.5,40.9") from None
+        raise InputError(
+            f"--verify {text}: expected numbers separated by commas, such as 41.1,41.5,40.9"
+        ) from None
 
 
 def _figures(arguments, surface, found) -> list[str]:

@@ -1,12 +1,12 @@
-"""Box-Behnken and face-centred central composite designs, and the full quadratic fit of the table that was run.
+"""Box-Behnken and face-centred central composite designs, and the quadratic fit of the table that was run.
 
 References
 ----------
-Box, Behnken, Some new three level designs for the study of quantitative variables, Technometrics 2 (1960) 455,
-doi:10.1080/00401706.1960.10489912.
-Box, Cox, An analysis of transformations, J. Roy. Statist. Soc. B 26 (1964) 211, doi:10.1111/j.2517-6161.1964.tb00553.x.
-Cook, Detection of influential observation in linear regression, Technometrics 19 (1977) 15,
-doi:10.1080/00401706.1977.10489493.
+Box, Behnken, Some new three level designs for the study of quantitative variables, Technometrics 2 (1960)
+455, doi:10.1080/00401706.1960.10489912.
+Box, Cox, An analysis of transformations, J. Roy. Statist. Soc. B 26 (1964) 211,
+doi:10.1111/j.2517-6161.1964.tb00553.x. Cook, Detection of influential observation in linear regression,
+Technometrics 19 (1977) 15, doi:10.1080/00401706.1977.10489493.
 """
 
 from dataclasses import dataclass
@@ -36,7 +36,7 @@ PREDICTED_R2_GAP = 0.2
 """The rule of thumb of Design-Expert: predicted R2 should lie within 0.2 of the adjusted one."""
 
 
-# ------------------------------------------------------------------------------------------------------------ design
+# ----------------------------------------------------------------------------------------------------- design
 def coded_matrix(n_factors: int, centre_points: int = 5, face_centred: bool = False) -> np.ndarray:
     """Coded design (n_runs, n_factors) of pyDOE3: Box-Behnken, or face-centred central composite.
 
@@ -73,7 +73,7 @@ def design(factors: list[Factor], centre_points: int = 5, face_centred: bool = F
     return physical_design(coded_matrix(len(factors), centre_points, face_centred), factors)
 
 
-# ---------------------------------------------------------------------------------------------------------- analysis
+# --------------------------------------------------------------------------------------------------- analysis
 @dataclass(frozen=True)
 class BoxCox:
     """Maximum likelihood power of the response and its confidence interval (None: beyond -5 or 5)."""
@@ -101,7 +101,7 @@ class Runs:
 
 @dataclass(frozen=True)
 class Stationary:
-    """Stationary point of the quadratic surface: coded, predicted response, eigenvalues of its second-order part."""
+    """Stationary point of the surface: coded, predicted response, eigenvalues of the second-order part."""
 
     coded: np.ndarray
     predicted: float
@@ -156,7 +156,9 @@ class Surface:
 
 
 def analyse(table: DesignTable, alpha: float = 0.05) -> Surface:
-    r"""Full quadratic fit :math:`y = b_0 + \sum b_i x_i + \sum b_{ij} x_i x_j + \sum b_{ii} x_i^2` in coded units.
+    r"""Full quadratic fit in coded units.
+
+    :math:`y = b_0 + \sum b_i x_i + \sum b_{ij} x_i x_j + \sum b_{ii} x_i^2`
 
     Parameters
     ----------
@@ -173,7 +175,8 @@ def analyse(table: DesignTable, alpha: float = 0.05) -> Surface:
     for name in table.names:
         if table.coded[name].round(1).nunique() < 3:
             raise InputError(
-                f"column {name!r} has only two levels in rows {table.lines[0]} to {table.lines[-1]}: its square "
+                f"column {name!r} has only two levels in rows {table.lines[0]} to {table.lines[-1]}: its "
+                f"square "
                 "cannot be fitted; expected three levels or more. Analyse a two-level table with pb"
             )
     return fit_surface(table, quadratic_terms(table.names), alpha)
@@ -212,7 +215,7 @@ def fit_surface(table: DesignTable, terms: dict[str, tuple[int, ...]], alpha: fl
 
 
 def _anova(table: DesignTable, model: LinearFit) -> tuple[list[dict], float | None, int]:
-    """ANOVA rows in the order of the source paper's Table 13, p of the lack of fit, degrees of freedom of pure error."""
+    """ANOVA rows in the order of the paper's Table 13, p of the lack of fit, df of the pure error."""
     error = (model.mean_square_error, model.df_residual)
     sums = type_three(model)
     total = float(np.sum((model.response - model.response.mean()) ** 2))
@@ -231,7 +234,7 @@ def _anova(table: DesignTable, model: LinearFit) -> tuple[list[dict], float | No
 
 
 def _adequate_precision(model: LinearFit) -> float | None:
-    r""":math:`(\max\hat y - \min\hat y) / \sqrt{p s^2 / n}`: signal to noise over the runs; above 4 is wanted."""
+    r""":math:`(\max\hat y - \min\hat y) / \sqrt{p s^2 / n}`, signal to noise; above 4 is wanted."""
     if not model.mean_square_error:
         return None
     runs, size = model.matrix.shape
@@ -321,7 +324,7 @@ def _lenth(model: LinearFit, alpha: float) -> Lenth | None:
     return lenth(list(scaled[1:]), alpha)
 
 
-# ---------------------------------------------------------------------------------------------------- reduced models
+# --------------------------------------------------------------------------------------------- reduced models
 def without(surface: Surface, dropped: list[str]) -> Surface:
     """The same table fitted without the named terms.
 
@@ -353,7 +356,8 @@ def reduce_backward(surface: Surface, alpha: float = 0.1) -> tuple[Surface, list
     Returns
     -------
     surface, dropped : Surface, list of str
-        The reduced fit and the terms left out, in order. Their p values are no longer honest: they were chosen.
+        The reduced fit and the terms left out, in order. Their p values are no longer honest: they were
+        chosen.
 
     Raises
     ------

@@ -80,7 +80,8 @@ def _checked_header(header: list[str], path: Path) -> None:
         raise InputError(f"column {unnamed[0]} of {path} has no name: name each factor and the response")
     if all(_is_number(name) for name in header):
         raise InputError(
-            f"the first line of {path} is all numbers ({', '.join(header[:3])} ...): expected the column names there"
+            f"the first line of {path} is all numbers ({', '.join(header[:3])} ...): expected the column "
+            f"names there"
         )
     repeated = sorted({name for name in header if header.count(name) > 1})
     if repeated:
@@ -131,7 +132,8 @@ def read_numbers(path: Path, ignore: list[str] = ()) -> tuple[pd.DataFrame, list
         for i in keep:
             if not _is_number(row[i]):
                 raise InputError(
-                    f"column {header[i]!r}, row {number} of {path}: {row[i]!r} is not a number; expected a level of "
+                    f"column {header[i]!r}, row {number} of {path}: {row[i]!r} is not a number; expected a "
+                    f"level of "
                     "the factor or the measured response (leave the response of a failed run empty)"
                 )
         values.append([float(row[i]) for i in keep])
@@ -148,8 +150,8 @@ def read_design(
 ) -> DesignTable:
     """The table of a design with its levels coded.
 
-    A factor whose values are -1, 0, 1 is coded already; another is coded min -> -1, middle -> 0, max -> 1, unless
-    `factors` says otherwise (as for a factor whose -1 is its higher physical level).
+    A factor whose values are -1, 0, 1 is coded already; another is coded min -> -1, middle -> 0, max -> 1,
+    unless `factors` says otherwise (as for a factor whose -1 is its higher physical level).
 
     Parameters
     ----------
@@ -165,8 +167,8 @@ def read_design(
     Raises
     ------
     InputError
-        See `read_numbers`; also a constant column, a column with more levels than a design has, a middle level
-        that is not in the middle, factors given that the table has not.
+        See `read_numbers`; also a constant column, a column with more levels than a design has, a middle
+        level that is not in the middle, factors given that the table has not.
     """
     frame, lines, notes = read_numbers(path, ignore)
     return code_design(frame, factors, lines, notes, max_levels, str(path))
@@ -200,17 +202,19 @@ def _check_response(frame, names, lines, source) -> None:
     if levels == 1 and len(frame) > 1:
         raise InputError(
             f"the last column {response!r} of {source} is {frame[response].iloc[0]:g} in every row "
-            f"(rows {lines[0]} to {lines[-1]}): expected the measured response, which varies; put it in the last column"
+            f"(rows {lines[0]} to {lines[-1]}): expected the measured response, which varies; put it in the "
+            f"last column"
         )
     if set(frame[response].round(9)) <= {-1.0, 0.0, 1.0} or _looks_like_a_factor(frame):
         raise InputError(
-            f"the last column {response!r} of {source} holds the levels of a factor in rows {lines[0]} to {lines[-1]}: "
+            f"the last column {response!r} of {source} holds the levels of a factor in rows {lines[0]} to "
+            f"{lines[-1]}: "
             "the response column is missing; expected the measured values in the last column"
         )
 
 
 def _looks_like_a_factor(frame: pd.DataFrame) -> bool:
-    """Whether the last column has two or three evenly spaced levels, orthogonal to all others (a response never has)."""
+    """Whether the last column has two or three evenly spaced levels, orthogonal to all the others."""
     levels = np.unique(frame.iloc[:, -1].round(9))
     if len(frame) < 8 or len(levels) > 3 or not np.allclose(np.diff(levels, 2), 0):
         return False
@@ -230,7 +234,8 @@ def _is_coded(values: pd.Series) -> bool:
 def _factor_of(values: pd.Series, given: Factor | None, lines, source) -> Factor:
     if values.round(12).nunique() == 1:
         raise InputError(
-            f"column {values.name!r} of {source} is {values.iloc[0]:g} in every row (rows {lines[0]} to {lines[-1]}): "
+            f"column {values.name!r} of {source} is {values.iloc[0]:g} in every row (rows {lines[0]} to "
+            f"{lines[-1]}): "
             "expected a factor at two levels at least; remove the column"
         )
     if given is not None:
@@ -251,8 +256,10 @@ def _check_levels(coded: pd.Series, values: pd.Series, lines, max_levels: int, s
     levels = _distinct(coded)
     if len(levels) > max_levels:
         raise InputError(
-            f"column {coded.name!r} of {source} has {len(levels)} different values (row {lines[0]}: {values.iloc[0]:g}, "
-            f"row {lines[1]}: {values.iloc[1]:g}, ...): not a design; expected at most {max_levels} levels (low, middle, "
+            f"column {coded.name!r} of {source} has {len(levels)} different values (row {lines[0]}: "
+            f"{values.iloc[0]:g}, "
+            f"row {lines[1]}: {values.iloc[1]:g}, ...): not a design; expected at most {max_levels} levels "
+            f"(low, middle, "
             "high). Leave out a column that is no factor, such as a run number, with --ignore"
         )
     if max_levels == 3:
@@ -273,7 +280,9 @@ def _check_three(coded: pd.Series, values: pd.Series, lines, source: str) -> Non
     if (off > LEVEL_TOLERANCE).any():
         row = int(np.argmax(off))
         raise InputError(
-            f"column {coded.name!r}, row {lines[row]} of {source}: {values.iloc[row]:g} is {coded.iloc[row]:.3g} in coded "
-            "units; expected -1, 0 or 1 (low, half way, high). Give the levels with --factor, or a logarithmic "
+            f"column {coded.name!r}, row {lines[row]} of {source}: {values.iloc[row]:g} is "
+            f"{coded.iloc[row]:.3g} in coded "
+            "units; expected -1, 0 or 1 (low, half way, high). Give the levels with --factor, or a "
+            "logarithmic "
             "factor as its logarithm"
         )

@@ -48,7 +48,7 @@ class Factor:
         return (self.high - self.low) / 2
 
     def coded(self, physical):
-        r"""Coded level :math:`x = (u - u_0)/\Delta` of a physical one, `u_0` the centre, `\Delta` the half range."""
+        r"""Coded level :math:`x = (u - u_0)/\Delta`, `u_0` the centre, `\Delta` the half range."""
         return (np.asarray(physical, dtype=float) - self.centre) / self.half_range
 
     def physical(self, coded):
@@ -78,7 +78,8 @@ def parse_factor(text: str) -> Factor:
         return Factor(name.strip(), float(low), float(high), unit.strip())
     except ValueError:
         raise InputError(
-            f"the factor {text!r} was not understood: expected NAME=LOW,HIGH or NAME=LOW,HIGH,UNIT with LOW the "
+            f"the factor {text!r} was not understood: expected NAME=LOW,HIGH or NAME=LOW,HIGH,UNIT with LOW "
+            f"the "
             "physical value of -1, for example B=0.90,0.82"
         ) from None
 
@@ -95,7 +96,9 @@ def parse_factors(words: list[str]) -> list[Factor]:
     names = [factor.name for factor in factors]
     repeated = [name for name in names if names.count(name) > 1]
     if repeated:
-        raise InputError(f"the factor {repeated[0]!r} was given {names.count(repeated[0])} times: expected each once")
+        raise InputError(
+            f"the factor {repeated[0]!r} was given {names.count(repeated[0])} times: expected each once"
+        )
     return factors
 
 
@@ -105,7 +108,9 @@ def parse_levels(text: str) -> dict[str, float]:
         pairs = [word.split("=") for word in text.split(",")]
         return {name.strip(): float(level) for name, level in pairs}
     except ValueError:
-        raise InputError(f"{text!r} was not understood: expected NAME=LEVEL,NAME=LEVEL, such as B=0.887,C=0.319") from None
+        raise InputError(
+            f"{text!r} was not understood: expected NAME=LEVEL,NAME=LEVEL, such as B=0.887,C=0.319"
+        ) from None
 
 
 def parse_range(text: str) -> tuple[str, tuple[float, float]]:

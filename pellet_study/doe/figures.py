@@ -1,7 +1,7 @@
-"""Figures of the designs: Pareto and half-normal plots, response surfaces, predicted against observed, a climb.
+"""Figures of the designs: Pareto and half-normal plots, response surfaces, fitted against observed, a climb.
 
-Matplotlib is imported when a figure is asked for. Colours are told apart in grey and by colour-blind readers: what
-matters is also said by marker, hatch or line style.
+Matplotlib is imported when a figure is asked for. Colours are told apart in grey and by colour-blind readers:
+what matters is also said by marker, hatch or line style.
 """
 
 from itertools import combinations
@@ -41,9 +41,13 @@ def pareto(screening: Screening, unit: str = ""):
     for bar, is_up in zip(bars, positive, strict=True):
         bar.set_hatch("" if is_up else "///")
         axes.annotate(
-            f"{bar.get_width():.3g}", (bar.get_width(), bar.get_y() + bar.get_height() / 2), (3, 0),
-            textcoords="offset points", va="center", fontsize=8,
-        )  # fmt: skip
+            f"{bar.get_width():.3g}",
+            (bar.get_width(), bar.get_y() + bar.get_height() / 2),
+            (3, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=8,
+        )
     _margins(axes, screening)
     _legend_of_signs(axes)
     axes.set_xlabel(with_unit("size of the effect (change from -1 to +1)", unit))
@@ -79,7 +83,7 @@ def _legend_of_signs(axes) -> None:
 
 
 def half_normal(screening: Screening, unit: str = ""):
-    """Half-normal plot of the effects: noise lies on a line through the origin, what stands to its right acts."""
+    """Half-normal plot: noise lies on a line through the origin, what acts stands to its right."""
     from scipy.special import ndtri
 
     figure, axes = new_axes()
@@ -168,9 +172,15 @@ def _draw_runs(axes, surface: Surface, pair, rest, found: TargetSet | None) -> N
     factors = [surface.table.factors[i] for i in pair]
     coded = surface.table.coded.to_numpy()[:, list(pair)]
     axes.plot(
-        factors[0].physical(coded[:, 0]), factors[1].physical(coded[:, 1]), "o", color="white", markeredgecolor="black",
-        markersize=5, clip_on=False, zorder=5,
-    )  # fmt: skip
+        factors[0].physical(coded[:, 0]),
+        factors[1].physical(coded[:, 1]),
+        "o",
+        color="white",
+        markeredgecolor="black",
+        markersize=5,
+        clip_on=False,
+        zorder=5,
+    )
     if found is not None:
         point = [float(factor.physical(rest[i])) for i, factor in zip(pair, factors, strict=True)]
         axes.plot(*point, "*", color="white", markeredgecolor="black", markersize=15, zorder=6)
@@ -191,9 +201,7 @@ def _surface_legend(figure, found: TargetSet | None, unit: str) -> None:
         )
         if found.uncertainty:
             handles.append(
-                Patch(
-                    facecolor="0.85", hatch="////", label=f"within +-{found.uncertainty:g} {unit}".strip()
-                )
+                Patch(facecolor="0.85", hatch="////", label=f"within +-{found.uncertainty:g} {unit}".strip())
             )
         handles.append(
             Line2D(

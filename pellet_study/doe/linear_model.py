@@ -2,8 +2,8 @@
 
 References
 ----------
-Myers, Montgomery, Anderson-Cook, Response Surface Methodology, 4th ed., Wiley 2016: PRESS (ch. 2), lack of fit (ch. 2),
-adequate precision (Design-Expert's definition, ch. 5).
+Myers, Montgomery, Anderson-Cook, Response Surface Methodology, 4th ed., Wiley 2016: PRESS (ch. 2), lack of
+fit (ch. 2), adequate precision (Design-Expert's definition, ch. 5).
 """
 
 import re
@@ -20,7 +20,7 @@ INTERCEPT = "1"
 CURVATURE = "curvature"
 
 
-# ---------------------------------------------------------------------------------------------------------- terms
+# ------------------------------------------------------------------------------------------------------ terms
 def product_name(first: str, second: str) -> str:
     """Name of a two-factor interaction: `BC` for one-letter factors, else `first*second`."""
     return first + second if len(first) == len(second) == 1 else f"{first}*{second}"
@@ -53,7 +53,7 @@ def columns_of(coded, terms: dict[str, tuple[int, ...]]) -> np.ndarray:
     return np.column_stack([coded[:, list(indices)].prod(axis=1) for indices in terms.values()])
 
 
-# ------------------------------------------------------------------------------------------------------------ fit
+# -------------------------------------------------------------------------------------------------------- fit
 @dataclass(frozen=True)
 class LinearFit:
     """A fitted linear model in coded units.
@@ -67,7 +67,7 @@ class LinearFit:
     coded : ndarray (n_runs, n_factors)
     response : ndarray (n_runs,)
     extra : dict
-        {name: column (n_runs,)} of further columns fitted but no part of the model (the curvature of centre points).
+        {name: column (n_runs,)} of further columns fitted that are no part of the model (curvature).
     """
 
     names: list[str]
@@ -136,7 +136,7 @@ class LinearFit:
         return columns_of(coded, self.terms) @ np.asarray(self.results.params)[: len(self.terms)]
 
     def leverage(self, coded) -> np.ndarray:
-        """x'(X'X)^-1 x at coded points: the variance of the predicted mean in units of the residual variance."""
+        """x'(X'X)^-1 x at coded points: variance of the predicted mean over the residual variance."""
         points, size = columns_of(coded, self.terms), len(self.terms)
         return np.einsum("ij,jk,ik->i", points, self.inverse[:size, :size], points)
 
@@ -153,7 +153,7 @@ class LinearFit:
 
 @dataclass(frozen=True)
 class Interval:
-    """A predicted response with its confidence interval (of the mean) and prediction interval (of one run)."""
+    """A predicted response, its confidence interval (mean) and prediction interval (one run)."""
 
     predicted: float
     standard_error: float | None
@@ -186,12 +186,14 @@ def fit(names, terms, coded, response, extra=None) -> LinearFit:
     runs, size = model.matrix.shape
     if runs < size:
         raise InputError(
-            f"the table has {runs} runs with a response and the model has {size} terms ({', '.join(model.columns)}): "
+            f"the table has {runs} runs with a response and the model has {size} terms "
+            f"({', '.join(model.columns)}): "
             f"expected at least {size} runs; run what is missing, or leave factors out with --ignore"
         )
     if np.linalg.matrix_rank(model.matrix) < size:
         raise InputError(
-            f"the {runs} runs do not separate the terms {_confounded(model)}: expected a design in which each varies "
+            f"the {runs} runs do not separate the terms {_confounded(model)}: expected a design in which "
+            f"each varies "
             "by itself; check these columns for copies of one another, or run the points that are missing"
         )
     return model
@@ -205,7 +207,7 @@ def _confounded(model: LinearFit) -> str:
     return ", ".join(repr(name) for name, is_in in zip(model.columns, involved, strict=True) if is_in)
 
 
-# --------------------------------------------------------------------------------------------------- read off a fit
+# --------------------------------------------------------------------------------------------- read off a fit
 def type_three(model: LinearFit) -> dict[str, float]:
     r"""{column: partial (type III) sum of squares} :math:`b_j^2 / [(X'X)^{-1}]_{jj}`, intercept left out."""
     sums = np.asarray(model.results.params) ** 2 / np.diag(model.inverse)
@@ -215,7 +217,7 @@ def type_three(model: LinearFit) -> dict[str, float]:
 def f_test(
     sum_of_squares: float, df: int, variance: float | None, df_error: int
 ) -> tuple[float | None, float | None]:
-    """F and p of a sum of squares against an error variance; (None, None) where there is no error to test against."""
+    """F and p of a sum of squares against an error variance; (None, None) where there is none."""
     if not variance or df_error <= 0 or df <= 0:
         return None, None
     from scipy.special import fdtrc
@@ -269,8 +271,8 @@ def variance_inflation(model: LinearFit) -> dict[str, float]:
 def interval(model: LinearFit, coded, alpha: float = 0.05) -> Interval:
     """Predicted response at one coded point with its two intervals at level 1 - alpha.
 
-    `extrapolation` is true where the leverage of the point exceeds that of every run fitted (as at the corners of a
-    Box-Behnken box).
+    `extrapolation` is true where the leverage of the point exceeds that of every run fitted (as at the
+    corners of a Box-Behnken box).
     """
     from scipy.special import stdtrit
 
@@ -284,7 +286,7 @@ def interval(model: LinearFit, coded, alpha: float = 0.05) -> Interval:
     return Interval(predicted, float(mean), *bounds, extrapolation)
 
 
-# -------------------------------------------------------------------------------------------------- physical units
+# --------------------------------------------------------------------------------------------- physical units
 def physical_coefficients(model: LinearFit, factors) -> dict[str, float]:
     """{term: coefficient} of the same equation in physical units (any polynomial up to second order)."""
     slopes = np.array([1 / factor.half_range for factor in factors])

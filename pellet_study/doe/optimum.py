@@ -1,7 +1,8 @@
 """The set of settings that hit a target, one recommended point of it, and what would shrink the set.
 
 One response and k factors: the settings that meet a target form a sheet of k - 1 dimensions, thickened by the
-uncertainty of the target and of the fit. A single "optimum" is a choice among them, and its rule must be stated.
+uncertainty of the target and of the fit. A single "optimum" is a choice among them, and its rule must be
+stated.
 """
 
 from dataclasses import dataclass
@@ -23,7 +24,7 @@ RULES = {
 
 @dataclass(frozen=True)
 class Extent:
-    """Range a factor takes on the settings that meet the target exactly, coded and physical (in coded order)."""
+    """Range of a factor on the settings that meet the target, coded and physical (in coded order)."""
 
     name: str
     coded: tuple[float, float]
@@ -97,7 +98,7 @@ class TargetSet:
 
 
 def target_set(surface: Surface, target: float, uncertainty: float = 0.0, rule: str = "centre") -> TargetSet:
-    """All settings of the box [-1, 1]^k whose predicted response meets a target, and one recommended among them.
+    """All settings of the box [-1, 1]^k that meet a target, and one recommended among them.
 
     Parameters
     ----------
@@ -199,7 +200,7 @@ def _on_target(surface: Surface, point, target: float) -> bool:
 
 
 def _extents(surface: Surface, sample, distance, target: float) -> list[Extent]:
-    """Exact range of every factor on the sheet, by constrained optimisation from the outermost sample points."""
+    """Exact range of every factor on the sheet, optimised from the outermost sample points."""
     near = sample[_near(distance)]
     extents = []
     for i, factor in enumerate(surface.table.factors):
@@ -258,7 +259,7 @@ def _squared_half_width(surface: Surface, leverage) -> np.ndarray:
 
 
 def _measurements(surface: Surface, sample, distance, uncertainty: float, recommended) -> list[Measurement]:
-    """What is left of the box after a better target, or after one more run where it helps most; best first."""
+    """What is left of the box after a better target, or after the best further run; best first."""
     now = surface.model.leverage(sample)
     options = []
     if uncertainty:
@@ -284,8 +285,8 @@ def _fraction(distance, squared) -> float:
 def _best_run(surface: Surface, sample, leverage, distance, recommended) -> tuple[np.ndarray, np.ndarray]:
     r"""The run that lowers the variance on the sheet most, and the leverages after it.
 
-    A run at c lowers the leverage at x by :math:`(x'(X'X)^{-1}c)^2 / (1 + c'(X'X)^{-1}c)`. Candidates are the design's
-    own points, the recommended one and a spread of points next to the sheet.
+    A run at c lowers the leverage at x by :math:`(x'(X'X)^{-1}c)^2 / (1 + c'(X'X)^{-1}c)`. Candidates are the
+    design's own points, the recommended one and a spread of points next to the sheet.
     """
     near = sample[_near(distance)]
     candidates = np.vstack(

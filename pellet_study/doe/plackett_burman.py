@@ -2,9 +2,10 @@
 
 References
 ----------
-Plackett, Burman, The design of optimum multifactorial experiments, Biometrika 33 (1946) 305, doi:10.1093/biomet/33.4.305.
-Lenth, Quick and easy analysis of unreplicated factorials, Technometrics 31 (1989) 469, doi:10.1080/00401706.1989.10488595.
-Holm, A simple sequentially rejective multiple test procedure, Scand. J. Statist. 6 (1979) 65.
+Plackett, Burman, The design of optimum multifactorial experiments, Biometrika 33 (1946) 305,
+doi:10.1093/biomet/33.4.305. Lenth, Quick and easy analysis of unreplicated factorials, Technometrics 31
+(1989) 469, doi:10.1080/00401706.1989.10488595. Holm, A simple sequentially rejective multiple test procedure,
+Scand. J. Statist. 6 (1979) 65.
 """
 
 from dataclasses import dataclass
@@ -43,7 +44,7 @@ COMPLETION_RUNS = 16
 """Largest design whose unused columns are looked for (2^(runs - 1) sign vectors are tried)."""
 
 
-# ------------------------------------------------------------------------------------------------------------ design
+# ----------------------------------------------------------------------------------------------------- design
 def default_runs(n_factors: int) -> int:
     """12, 20 or 24: in these sizes no main effect is wholly aliased with a two-factor interaction.
 
@@ -60,8 +61,8 @@ def default_runs(n_factors: int) -> int:
 def coded_matrix(n_factors: int, runs: int | None = None, centre_points: int = 0) -> np.ndarray:
     """Coded Plackett-Burman design (runs + centre_points, n_factors).
 
-    Rows are the generator shifted right again and again, then a row of -1: for 7 factors the 12 runs of the source
-    paper's Table 7, in its order.
+    Rows are the generator shifted right again and again, then a row of -1: for 7 factors the 12 runs of the
+    source paper's Table 7, in its order.
 
     Parameters
     ----------
@@ -96,12 +97,12 @@ def design(factors: list[Factor], runs: int | None = None, centre_points: int = 
     return physical_design(coded_matrix(len(factors), runs, centre_points), factors)
 
 
-# ---------------------------------------------------------------------------------------------------------- analysis
+# --------------------------------------------------------------------------------------------------- analysis
 @dataclass(frozen=True)
 class Lenth:
     """Lenth's margins of error of an effect, from the effects alone.
 
-    `contrasts` says how many there were: the factors', and those of the design's unused columns where these are known.
+    `contrasts` says how many there were: the factors', and those of the design's unused columns where known.
     """
 
     contrasts: int
@@ -112,7 +113,7 @@ class Lenth:
 
 @dataclass(frozen=True)
 class Curvature:
-    """Mean of the centre points minus that of the design's other runs, with its F test (None: no error to test with)."""
+    """Mean of the centre points minus that of the other runs, with its F test (None: no error)."""
 
     estimate: float
     sum_of_squares: float
@@ -174,8 +175,8 @@ class Screening:
 def analyse(table: DesignTable, alpha: float = 0.05, power: float = 0.8) -> Screening:
     """Analyse the two-level table that was run, whatever its row order, with runs missing or replicated.
 
-    The model is y = b0 + sum b_i x_i, and a column of its own for the centre points (the curvature), so that they
-    test the straight line without moving its error; the effect of a factor is 2 b_i.
+    The model is y = b0 + sum b_i x_i, and a column of its own for the centre points (the curvature), so that
+    they test the straight line without moving its error; the effect of a factor is 2 b_i.
 
     Parameters
     ----------
@@ -189,8 +190,8 @@ def analyse(table: DesignTable, alpha: float = 0.05, power: float = 0.8) -> Scre
     Raises
     ------
     InputError
-        If a run is neither at the corners nor at the centre, there are fewer runs than terms, or terms are not
-        separated by the runs.
+        If a run is neither at the corners nor at the centre, there are fewer runs than terms, or terms are
+        not separated by the runs.
     """
     centre = _centre_points(table)
     extra = {CURVATURE: centre.astype(float)} if centre.any() else {}
@@ -233,8 +234,10 @@ def _centre_points(table: DesignTable) -> np.ndarray:
         row = int(np.argmax(mixed))
         name = table.names[int(np.argmax(nearest[row] == 0))]
         raise InputError(
-            f"column {name!r}, row {table.lines[row]}: the middle level, while other factors of that run are low or "
-            "high; a two-level design has its centre points at the middle of every factor. Analyse a three-level "
+            f"column {name!r}, row {table.lines[row]}: the middle level, while other factors of that run are "
+            f"low or "
+            "high; a two-level design has its centre points at the middle of every factor. Analyse a "
+            "three-level "
             "table (Box-Behnken, central composite) with bbd"
         )
     if centre.all():
@@ -268,7 +271,7 @@ def _anova(table: DesignTable, model: LinearFit, sums: dict) -> tuple[list[dict]
 
 
 def _summary(model: LinearFit, curvature_ss: float, total: float) -> dict[str, float | None]:
-    """R2 and its kin of the straight-line part: the curvature's sum of squares is taken out of the total first."""
+    """R2 and its kin of the straight-line part: the curvature is taken out of the total first."""
     total -= curvature_ss
     df_total = len(model.response) - 1 - len(model.extra)
     variance, squares = model.mean_square_error, press(model)
@@ -326,7 +329,7 @@ def lenth(effects: list[float], alpha: float = 0.05) -> Lenth | None:
 
 
 def _unused_contrasts(table: DesignTable, centre: np.ndarray) -> list[float]:
-    """Contrasts of the columns that complete the design to a Hadamard matrix; none where there are none to be found.
+    """Contrasts of the columns that complete the design to a Hadamard matrix; none where not found.
 
     They hold the noise and the two-factor interactions, and sharpen Lenth's estimate.
     """
@@ -347,7 +350,7 @@ def _unused_contrasts(table: DesignTable, centre: np.ndarray) -> list[float]:
 
 
 def _detectable(model: LinearFit, alpha: float, power: float) -> dict[str, float | None]:
-    """Smallest effects found with the given power: the noncentral F on 1 and the residual degrees of freedom."""
+    """Smallest effects found with the given power, by the noncentral F on 1 and residual df."""
     names = list(model.terms)[1:]
     if model.mean_square_error is None:
         return dict.fromkeys(names)

@@ -55,7 +55,8 @@ def first_order_model(screening: Screening, names: list[str] | None = None) -> t
         names = significant(screening)
         if not names:
             raise InputError(
-                "no factor is significant, so the climb has no direction: name the factors to move with --climb-factors"
+                "no factor is significant, so the climb has no direction: name the factors to move with "
+                "--climb-factors"
             )
     unknown = [name for name in names if name not in screening.table.names]
     if unknown:
@@ -86,7 +87,7 @@ def path(
     ascend: bool = True,
     alpha: float = 0.05,
 ) -> Climb:
-    r"""The runs to make: :math:`x_k = x_0 + k\,s\,d`, d the gradient of the fit, or its signs for equal steps.
+    r"""The runs to make: :math:`x_k = x_0 + k\,s\,d`, d the fitted gradient, or its signs.
 
     Parameters
     ----------
@@ -95,13 +96,14 @@ def path(
     points : int
         At most as many runs, the start counted; the path ends where a factor meets its limit.
     equal_steps : bool
-        Every factor moves by the same coded step (the source paper's way) rather than in proportion to its slope.
+        Every factor moves by the same coded step (the source paper's way) rather than in proportion to its
+        slope.
     start : "centre", "worst" or dict
-        The centre of the design, its corner of lowest (descending: highest) predicted response, or {factor: physical
-        level}.
+        The centre of the design, its corner of lowest (descending: highest) predicted response, or {factor:
+        physical level}.
     step : (str, float), optional
-        A factor and its physical step (its size; the sign follows from the fit). Default: equal parts from the start
-        to the first limit.
+        A factor and its physical step (its size; the sign follows from the fit). Default: equal parts from
+        the start to the first limit.
     limits : dict, optional
         {factor: (lowest, highest) physical level}; default: the design's own range.
     ascend : bool
@@ -215,8 +217,8 @@ def turning(runs: pd.DataFrame, target: float | None = None, ascend: bool = True
     runs : DataFrame (n_runs, n_factors + 1)
         Physical levels and, last, the response; rows in any order along the line, the first row at its start.
     target : float, optional
-        The response wanted: the best run is the nearest to it. Without it the highest (`ascend`) or lowest, as for
-        a column of errors.
+        The response wanted: the best run is the nearest to it. Without it the highest (`ascend`) or lowest,
+        as for a column of errors.
     units : dict, optional
         {factor: unit}.
 
@@ -260,7 +262,8 @@ def _along(levels: np.ndarray, names: list[str]) -> np.ndarray:
     _, singular, directions = np.linalg.svd(offsets, full_matrices=False)
     if singular[0] == 0 or (len(singular) > 1 and singular[1] > 0.05 * singular[0]):
         raise InputError(
-            f"the runs do not lie on one line in {', '.join(names)}: expected the points of one path, one run a row, "
+            f"the runs do not lie on one line in {', '.join(names)}: expected the points of one path, one "
+            f"run a row, "
             "the response in the last column"
         )
     along = offsets @ directions[0]

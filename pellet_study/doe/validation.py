@@ -2,10 +2,10 @@
 
 References
 ----------
-Schuirmann, A comparison of the two one-sided tests procedure and the power approach, J. Pharmacokinet. Biopharm. 15
-(1987) 657, doi:10.1007/BF01068419.
-Phillips, Power of the two one-sided tests procedure in bioequivalence, J. Pharmacokinet. Biopharm. 18 (1990) 137,
-doi:10.1007/BF01063556 (here: the noncentral t approximation).
+Schuirmann, A comparison of the two one-sided tests procedure and the power approach, J. Pharmacokinet.
+Biopharm. 15 (1987) 657, doi:10.1007/BF01068419.
+Phillips, Power of the two one-sided tests procedure in bioequivalence, J. Pharmacokinet. Biopharm. 18 (1990)
+137, doi:10.1007/BF01063556 (here: the noncentral t approximation).
 """
 
 import json
@@ -154,7 +154,9 @@ def _welch(runs: Sample, target: Sample) -> tuple[float, float]:
 
 
 def tost_power(margin: float, standard_error: float, df: float, alpha: float = 0.05) -> float:
-    r"""Power of TOST at no true difference: :math:`\max(0, 2 P(T_{df,\delta} > t_{1-\alpha,df}) - 1)`, T noncentral.
+    r"""Power of TOST at no true difference.
+
+    :math:`\max(0, 2 P(T_{df,\delta} > t_{1-\alpha,df}) - 1)`, T noncentral.
 
     The noncentrality is margin / standard_error.
     """
@@ -186,7 +188,8 @@ def declare_margin(path: Path, margin: float, unit: str = "") -> None:
         raise InputError(f"the margin is {margin:g}: expected a positive number in the response's unit")
     if path.exists() and read_margin(path) != margin:
         raise InputError(
-            f"{path} declares the margin {read_margin(path):g} already, not {margin:g}: a margin is not changed after "
+            f"{path} declares the margin {read_margin(path):g} already, not {margin:g}: a margin is not "
+            f"changed after "
             "it was declared; use another file for another test"
         )
     path.write_text(json.dumps({"margin": margin, "unit": unit}) + "\n", encoding="utf-8")

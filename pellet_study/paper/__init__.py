@@ -1,6 +1,7 @@
 """The source paper's printed tables, as data.
 
-"Determination and testing of pelletized coated particles" (powder of soybean meal and diatomaceous earth on alfalfa
+"Determination and testing of pelletized coated "
+"particles" (powder of soybean meal and diatomaceous earth on alfalfa
 seeds, EDEM); tables.json holds every printed cell as text and as number.
 """
 

@@ -1,7 +1,7 @@
 """The audit of the source paper: every printed number recomputed from the printed rows.
 
-Printed values come from tables.json; recomputed ones and reasons from the fits. One function a section of the paper,
-each returning its items in the order they are printed.
+Printed values come from tables.json; recomputed ones and reasons from the fits. One function a section of the
+paper, each returning its items in the order they are printed.
 """
 
 from itertools import product
@@ -33,10 +33,21 @@ LAYOUT = {"3": ("Table 3, Eq. 1", "a1", "b1"), "5": ("Table 5, Eq. 3", "a3", "b3
 def audit() -> list[Item]:
     """All items, in the order of the paper."""
     sections = (
-        bench_test("3", "1"), missing_test(), bench_test("5", "3"), screening_design(), effects(), screening_anova(),
-        climb(), surface_design(), surface_anova(), equation_four(), goodness_of_fit(), optimum(), verification(),
+        bench_test("3", "1"),
+        missing_test(),
+        bench_test("5", "3"),
+        screening_design(),
+        effects(),
+        screening_anova(),
+        climb(),
+        surface_design(),
+        surface_anova(),
+        equation_four(),
+        goodness_of_fit(),
+        optimum(),
+        verification(),
         time_step(),
-    )  # fmt: skip
+    )
     return [item for section in sections for item in section]
 
 
@@ -61,7 +72,7 @@ def _judged(section, item, published, recomputed, is_consistent, reason, differe
     return Item(section, item, published, recomputed, difference, verdict, reason)
 
 
-# ------------------------------------------------------------------------------------------------------ bench tests
+# ------------------------------------------------------------------------------------------------ bench tests
 def bench_test(number: str, equation: str) -> list[Item]:
     """Table 3 with Eq. 1, or Table 5 with Eq. 3."""
     section, parameter, observable = LAYOUT[number]
@@ -131,8 +142,10 @@ def _r2_reason(model, printed) -> str:
     line = designs.r_squared(designs.bench_fit(5, degree=1))
     uncentred = 1 - model.ss_residual / np.sum(model.response**2)
     return (
-        f"the coefficients come out, so the data are right; rounding of the data allows {min(perturbed):.6f} to "
-        f"{max(perturbed):.6f}; adjusted {adjusted:.6f}, straight line {line:.6f}, uncentred {uncentred:.6f}: none is "
+        f"the coefficients come out, so the data are right; rounding of the data allows {min(perturbed):.6f} "
+        f"to "
+        f"{max(perturbed):.6f}; adjusted {adjusted:.6f}, straight line {line:.6f}, uncentred "
+        f"{uncentred:.6f}: none is "
         f"{printed['R2']}; a misprint of {value:.5f}"
     )
 
@@ -152,8 +165,10 @@ def _root(section, model, parameter, solution, physical) -> Item:
     if round(root, 3) != solution:
         nearby = [float(model.predict([[a]])[0]) for a in (round(root, 3), solution)]
         reason = (
-            f"{root:.6f} rounds to {root:.3f}; the fit gives {nearby[0]:.3f} mm there and {nearby[1]:.3f} mm at {solution}; "
-            f"{physical} taken as exact (a reading rounded to it, +-{half:g} mm, gives {ends[0]:.6f} to {ends[1]:.6f}); {reason}"
+            f"{root:.6f} rounds to {root:.3f}; the fit gives {nearby[0]:.3f} mm there and {nearby[1]:.3f} mm "
+            f"at {solution}; "
+            f"{physical} taken as exact (a reading rounded to it, +-{half:g} mm, gives {ends[0]:.6f} to "
+            f"{ends[1]:.6f}); {reason}"
         )
     return compare(section, f"root {parameter} at {physical} mm", f"{solution}", float(root), reason)
 
@@ -182,26 +197,43 @@ def missing_test() -> list[Item]:
     (low, high), sets, step = text["a2_range"], text["a2_sets"], text["a2_step"]
     needed = (high - low) / (sets - 1)
     return [
-        Item(section, "Eq. 2 coefficients and Table 4", "absent", None, None, DATA_MISSING, "not in the text"),
         Item(
-            section, "Eq. 2 R2", f"{text['R2_eq2']}", first, first - text["R2_eq2"], DATA_MISSING,
-            f"{'identical to' if same else 'not'} Eq. 1's R2, which comes out as {first:.7f}: most likely copied",
+            section, "Eq. 2 coefficients and Table 4", "absent", None, None, DATA_MISSING, "not in the text"
         ),
         Item(
-            section, f"root a2 at {angle} deg", f"{solution}", None, None, DATA_MISSING,
+            section,
+            "Eq. 2 R2",
+            f"{text['R2_eq2']}",
+            first,
+            first - text["R2_eq2"],
+            DATA_MISSING,
+            f"{'identical to' if same else 'not'} Eq. 1's R2, which comes out as {first:.7f}: most likely "
+            f"copied",
+        ),
+        Item(
+            section,
+            f"root a2 at {angle} deg",
+            f"{solution}",
+            None,
+            None,
+            DATA_MISSING,
             f"a body that slips at atan(a2) would give tan({angle} deg) = {np.tan(np.radians(angle)):.4f}; "
             f"atan({solution}) = {np.degrees(np.arctan(solution)):.2f} deg",
         ),
         compare(section, "relative error of the verification, %", f"{text['b2_relative_error_pct']}", error),
         compare(
-            section, f"range {low} to {high}, {sets} sets: step", f"{step}", needed,
-            f"{sets} levels over {high - low:.2f} need {needed:.2f}; {step} would need {(high - low) / step + 1:.1f} sets "
+            section,
+            f"range {low} to {high}, {sets} sets: step",
+            f"{step}",
+            needed,
+            f"{sets} levels over {high - low:.2f} need {needed:.2f}; {step} would need "
+            f"{(high - low) / step + 1:.1f} sets "
             f"(it is the step of the a3 test: {text['a3_step']})",
         ),
-    ]  # fmt: skip
+    ]
 
 
-# ---------------------------------------------------------------------------------------------------------- screening
+# -------------------------------------------------------------------------------------------------- screening
 def screening_design() -> list[Item]:
     """Table 7 as a design."""
     section, matrix = "Table 7, design", designs.screening_table().coded.to_numpy()
@@ -212,17 +244,28 @@ def screening_design() -> list[Item]:
     match = _library_match(corners)
     return [
         Item(
-            section, "12 runs orthogonal and balanced", "Plackett-Burman", str(orthogonal), None,
+            section,
+            "12 runs orthogonal and balanced",
+            "Plackett-Burman",
+            str(orthogonal),
+            None,
             REPRODUCED if orthogonal else INCONSISTENT,
-            f"D'D = {runs} I; in order the first {n_factors} columns of the standard cyclic design: {standard}",
+            f"D'D = {runs} I; in order the first {n_factors} columns of the standard cyclic design: "
+            f"{standard}",
         ),
         Item(
-            section, "equivalent to pyDOE3.pbdesign(11)", "", str(match is not None), None,
+            section,
+            "equivalent to pyDOE3.pbdesign(11)",
+            "",
+            str(match is not None),
+            None,
             REPRODUCED if match else INCONSISTENT,
-            f"columns {match[0]} with signs {match[1]}; pbdesign({n_factors}) itself has {_library_runs(n_factors)} runs"
-            if match else "no choice of columns, signs and rows maps one to the other",
+            f"columns {match[0]} with signs {match[1]}; pbdesign({n_factors}) itself has "
+            f"{_library_runs(n_factors)} runs"
+            if match
+            else "no choice of columns, signs and rows maps one to the other",
         ),
-    ]  # fmt: skip
+    ]
 
 
 def _library_runs(n_factors: int) -> int:
@@ -269,19 +312,28 @@ def effects() -> list[Item]:
     claimed = set("ACEFG")
     items.append(
         Item(
-            section, "signs: A, C, E, F, G positive, B, D negative", "yes", "yes" if positive == claimed else "no", None,
+            section,
+            "signs: A, C, E, F, G positive, B, D negative",
+            "yes",
+            "yes" if positive == claimed else "no",
+            None,
             REPRODUCED if positive == claimed else INCONSISTENT,
         )
-    )  # fmt: skip
+    )
     error = np.sqrt(screening.model.mean_square_error * 4 / 12)
     standardised = {name: effect / error for name, effect in screening.effects.items()}
     raw = all(abs(float(cells[n]["Stdized effects"]) - screening.effects[n]) < 0.0051 for n in cells)
     items.append(
         _judged(
-            section, "column headed 'Stdized effects'", "standardised", "raw effects" if raw else "unknown", not raw,
-            f"the values are mean(+) - mean(-) in degrees; standardised (t) B would be {standardised['B']:.3f}",
+            section,
+            "column headed 'Stdized effects'",
+            "standardised",
+            "raw effects" if raw else "unknown",
+            not raw,
+            f"the values are mean(+) - mean(-) in degrees; standardised (t) B would be "
+            f"{standardised['B']:.3f}",
         )
-    )  # fmt: skip
+    )
     return items
 
 
@@ -297,31 +349,47 @@ def screening_anova() -> list[Item]:
         items += [
             compare(section, f"{name} sum of squares", cell["Sum of squares"], row["sum_of_squares"]),
             compare(
-                section, f"{name} F", cell["F-value"], row["f"],
-                f"with the centre point pooled into the residual {row['mean_square'] / pooled:.4f}" if name == "Model" else "",
+                section,
+                f"{name} F",
+                cell["F-value"],
+                row["f"],
+                f"with the centre point pooled into the residual {row['mean_square'] / pooled:.4f}"
+                if name == "Model"
+                else "",
             ),
             compare(section, f"{name} P", cell["P-value"], row["p"]),
-        ]  # fmt: skip
+        ]
     residual, curvature = rows["residual"], rows["curvature"]
     items.append(
         Item(
-            section, "residual sum of squares and df", "absent", residual["sum_of_squares"], None, DATA_MISSING,
-            f"df {residual['df']}, mean square {residual['mean_square']:.6f}; curvature {curvature['sum_of_squares']:.4f} "
+            section,
+            "residual sum of squares and df",
+            "absent",
+            residual["sum_of_squares"],
+            None,
+            DATA_MISSING,
+            f"df {residual['df']}, mean square {residual['mean_square']:.6f}; curvature "
+            f"{curvature['sum_of_squares']:.4f} "
             f"on 1 df, F = {curvature['f']:.4f}, p = {curvature['p']:.4f}",
         )
-    )  # fmt: skip
+    )
     highly = [name for name, p in screening.p.items() if p < 0.01]
     items.append(
         _judged(
-            section, "text: G highly significant, C and B significant", "G", ", ".join(highly), highly == ["G"],
-            f"p of C is {screening.p['C']:.4f}, below 0.01 and printed {cells['C']['P-value']}: by the paper's own rule C is "
+            section,
+            "text: G highly significant, C and B significant",
+            "G",
+            ", ".join(highly),
+            highly == ["G"],
+            f"p of C is {screening.p['C']:.4f}, below 0.01 and printed {cells['C']['P-value']}: by the "
+            f"paper's own rule C is "
             "extremely significant too",
         )
-    )  # fmt: skip
+    )
     return items
 
 
-# -------------------------------------------------------------------------------------------------------------- climb
+# ------------------------------------------------------------------------------------------------------ climb
 def _implied(row: int) -> tuple[float, float]:
     """The two repose angles a relative error of Table 10 leaves open (row counted from 1)."""
     target = _text()["repose_angle_physical_deg"]
@@ -346,13 +414,18 @@ def climb() -> list[Item]:
         predicted = interval(model, [point], LEVEL)
         items.append(
             Item(
-                section, f"row {i + 1}: relative error, %", tables()["tables"]["10"]["printed"][i][-1], None, None,
+                section,
+                f"row {i + 1}: relative error, %",
+                tables()["tables"]["10"]["printed"][i][-1],
+                None,
+                None,
                 NOT_RECOMPUTABLE,
-                f"angle not printed: {low:.4f} or {high:.4f} deg; the B, C, G model of Table 7 gives {predicted.predicted:.3f} "
+                f"angle not printed: {low:.4f} or {high:.4f} deg; the B, C, G model of Table 7 gives "
+                f"{predicted.predicted:.3f} "
                 f"({predicted.prediction[0]:.2f} to {predicted.prediction[1]:.2f}), an error of "
                 f"{100 * abs(predicted.predicted - target) / target:.2f} %",
             )
-        )  # fmt: skip
+        )
     return [
         *items,
         _climb_steps(section, model, factors, points),
@@ -370,10 +443,15 @@ def _climb_steps(section, model, factors, points) -> Item:
     moves = ", ".join(f"{factor.name} {move:+.2f}" for factor, move in zip(factors, physical, strict=True))
     wanted = ", ".join(f"{factor.name} {move:+.5f}" for factor, move in zip(factors, gradient, strict=True))
     return _judged(
-        section, f"steps {moves} as the steepest climb", "gradient", f"{angle:.2f} deg off", angle < 1,
-        f"all ranges are equal, so the fitted gradient asks for {wanted}; signs agree, lengths do not: the path is the diagonal "
+        section,
+        f"steps {moves} as the steepest climb",
+        "gradient",
+        f"{angle:.2f} deg off",
+        angle < 1,
+        f"all ranges are equal, so the fitted gradient asks for {wanted}; signs agree, lengths do not: the "
+        f"path is the diagonal "
         "of the box from its corner of lowest prediction",
-    )  # fmt: skip
+    )
 
 
 def _climb_monotone(section) -> Item:
@@ -385,10 +463,15 @@ def _climb_monotone(section) -> Item:
     rising = np.isfinite(angles).all()
     centre = float(designs.screening_table().response.iloc[-1])
     return _judged(
-        section, "a monotone path", "", "error falls then rises once" if turns == 1 else f"{turns} turns", turns == 1 and rising,
-        f"a rising angle fits ({', '.join(f'{a:.2f}' for a in angles)}), its last step {angles[-1] - angles[-2]:+.1f} deg after "
+        section,
+        "a monotone path",
+        "",
+        "error falls then rises once" if turns == 1 else f"{turns} turns",
+        turns == 1 and rising,
+        f"a rising angle fits ({', '.join(f'{a:.2f}' for a in angles)}), its last step "
+        f"{angles[-1] - angles[-2]:+.1f} deg after "
         f"{angles[-2] - angles[-3]:+.1f}; the falling branch contradicts the centre run {centre} of Table 7",
-    )  # fmt: skip
+    )
 
 
 def _climb_repeats(section, model, points) -> list[Item]:
@@ -408,7 +491,8 @@ def _climb_repeats(section, model, points) -> list[Item]:
         reason = f"{runs}; 95 % prediction interval {low:.2f} to {high:.2f}"
         if not inside:
             reason += (
-                f" excludes both {angles[0]:.2f} and {angles[1]:.2f}; that run is {error:.2f} % off the target, and A, D, E, F "
+                f" excludes both {angles[0]:.2f} and {angles[1]:.2f}; that run is {error:.2f} % off the "
+                f"target, and A, D, E, F "
                 f"together move the angle by at most {reach:.3f} deg: a misprint or another setting of them"
             )
         items.append(
@@ -425,7 +509,7 @@ def _climb_repeats(section, model, points) -> list[Item]:
     return items
 
 
-# ------------------------------------------------------------------------------------------------------------ surface
+# ---------------------------------------------------------------------------------------------------- surface
 def surface_design() -> list[Item]:
     """Tables 11 and 12 as a design."""
     import pyDOE3
@@ -435,11 +519,16 @@ def surface_design() -> list[Item]:
     same = sorted(map(tuple, matrix)) == sorted(map(tuple, library + 0.0))
     return [
         Item(
-            "Tables 11 and 12, design", "Box-Behnken, 3 factors, 12 edges and 5 centre points", "Box-Behnken", str(same), None,
+            "Tables 11 and 12, design",
+            "Box-Behnken, 3 factors, 12 edges and 5 centre points",
+            "Box-Behnken",
+            str(same),
+            None,
             REPRODUCED if same else INCONSISTENT,
-            f"the {len(library)} runs of pyDOE3.bbdesign(3), in Design-Expert's standard order, not randomised",
+            f"the {len(library)} runs of pyDOE3.bbdesign(3), in Design-Expert's standard order, not "
+            f"randomised",
         )
-    ]  # fmt: skip
+    ]
 
 
 def surface_anova() -> list[Item]:
@@ -466,10 +555,13 @@ def surface_anova() -> list[Item]:
     cell, row = _cells(13)["BC"], rows["BC"]
     items.append(
         compare(
-            section, f"{cell['Mean square']} printed as mean square and as sum of squares of BC", cell["Sum of square"],
-            row["sum_of_squares"], f"mean square = sum of squares on {row['df']} degree of freedom",
+            section,
+            f"{cell['Mean square']} printed as mean square and as sum of squares of BC",
+            cell["Sum of square"],
+            row["sum_of_squares"],
+            f"mean square = sum of squares on {row['df']} degree of freedom",
         )
-    )  # fmt: skip
+    )
     return items
 
 
@@ -493,16 +585,27 @@ def goodness_of_fit() -> list[Item]:
         compare(section, "adjusted R2", f"{text['R2_adj_BB']}", surface.r2_adjusted),
         compare(section, "C.V., %", f"{text['CV_BB_pct']}", surface.cv_percent),
         Item(
-            section, "predicted R2", "absent", surface.r2_predicted, None, DATA_MISSING,
+            section,
+            "predicted R2",
+            "absent",
+            surface.r2_predicted,
+            None,
+            DATA_MISSING,
             f"PRESS {surface.press:.6f}; {gap:.4f} below the adjusted R2 (0.2 is the usual limit)",
         ),
         Item(
-            section, "adequate precision", "absent", surface.adequate_precision, None, DATA_MISSING, "above 4 is wanted"
+            section,
+            "adequate precision",
+            "absent",
+            surface.adequate_precision,
+            None,
+            DATA_MISSING,
+            "above 4 is wanted",
         ),
-    ]  # fmt: skip
+    ]
 
 
-# ------------------------------------------------------------------------------------------------------------ optimum
+# ---------------------------------------------------------------------------------------------------- optimum
 def _at_optimum(b_reversed: bool):
     """Prediction at the published optimum and its span over the rounding of the three levels."""
     surface, point = designs.surface(b_reversed), _text()["optimum"]
@@ -531,7 +634,8 @@ def optimum() -> list[Item]:
         coded, predicted, span = _at_optimum(b_reversed)
         reason = (
             f"coded {', '.join(f'{x:.3f}' for x in coded)}; 95 % confidence {predicted.confidence[0]:.4f} to "
-            f"{predicted.confidence[1]:.4f}, prediction {predicted.prediction[0]:.4f} to {predicted.prediction[1]:.4f}; rounding of "
+            f"{predicted.confidence[1]:.4f}, prediction {predicted.prediction[0]:.4f} to "
+            f"{predicted.prediction[1]:.4f}; rounding of "
             f"the optimum spans {span[0]:.4f} to {span[1]:.4f}"
         )
         items.append(
@@ -556,17 +660,29 @@ def _reach(section, found) -> list[Item]:
     unique = not found.extents or all(e.coded[1] - e.coded[0] < 1e-3 for e in found.extents)
     return [
         Item(
-            section, f"{found.target} reachable in the box", "yes", found.highest, None, REPRODUCED if found.reachable else INCONSISTENT,
-            f"highest predicted response {found.highest:.6f}; the stationary point {', '.join(f'{x:.4f}' for x in top.coded)} is a "
+            section,
+            f"{found.target} reachable in the box",
+            "yes",
+            found.highest,
+            None,
+            REPRODUCED if found.reachable else INCONSISTENT,
+            f"highest predicted response {found.highest:.6f}; the stationary point "
+            f"{', '.join(f'{x:.4f}' for x in top.coded)} is a "
             f"{top.kind} {'inside' if inside else 'outside'} the box",
         ),
         _judged(
-            section, "the best combination is unique", "yes", f"{len(found.extents) - 1}-dimensional sheet", unique,
-            f"one equation, {len(found.extents)} unknowns; coded extents {extents}; {100 * found.fraction:.1f} % of the box lies within "
-            f"+-{found.uncertainty} deg of {found.target}, {100 * found.fraction_one_percent:.1f} % within 1 %; not identified: "
+            section,
+            "the best combination is unique",
+            "yes",
+            f"{len(found.extents) - 1}-dimensional sheet",
+            unique,
+            f"one equation, {len(found.extents)} unknowns; coded extents {extents}; "
+            f"{100 * found.fraction:.1f} % of the box lies within "
+            f"+-{found.uncertainty} deg of {found.target}, {100 * found.fraction_one_percent:.1f} % within 1 "
+            f"%; not identified: "
             f"{', '.join(found.unidentified) or 'none'}",
         ),
-    ]  # fmt: skip
+    ]
 
 
 def _centre(section, target) -> list[Item]:
@@ -582,19 +698,30 @@ def _centre(section, target) -> list[Item]:
     low, high = _implied(2)
     return [
         _judged(
-            section, "centre of the box and target", f"{target}", mean, p[0] > LEVEL,
-            f"centre runs {mean:.3f} +- {sd:.4f}: {100 * abs(mean - target) / target:.3f} % off; the verified optimum "
-            f"({_text()['repose_angle_verification_deg']}) is no closer", mean - target,
+            section,
+            "centre of the box and target",
+            f"{target}",
+            mean,
+            p[0] > LEVEL,
+            f"centre runs {mean:.3f} +- {sd:.4f}: {100 * abs(mean - target) / target:.3f} % off; the "
+            f"verified optimum "
+            f"({_text()['repose_angle_verification_deg']}) is no closer",
+            mean - target,
         ),
         _judged(
-            section, "row 2 of Table 10 and the centre runs (same B, C, G)", f"{low:.4f} or {high:.4f}", mean, max(p[1:]) > LEVEL,
-            f"t({n - 1}) of one new run {statistics[1]:.3f} (p {p[1]:.3f}) or {statistics[2]:.3f} (p {p[2]:.3f})",
+            section,
+            "row 2 of Table 10 and the centre runs (same B, C, G)",
+            f"{low:.4f} or {high:.4f}",
+            mean,
+            max(p[1:]) > LEVEL,
+            f"t({n - 1}) of one new run {statistics[1]:.3f} (p {p[1]:.3f}) or {statistics[2]:.3f} (p "
+            f"{p[2]:.3f})",
         ),
-    ]  # fmt: skip
+    ]
 
 
 def _row_test(row: int, signs=(-1, 1, 1)) -> tuple[float, tuple[float, float], list[float]]:
-    """Prediction of Table 12's surface at a row of Table 10, its interval, p of the two angles the row leaves open.
+    """Table 12's surface at a row of Table 10: prediction, interval, p of the two angles left open.
 
     `signs`: +1 where the coded level rises with the physical one; Table 11 as printed is (-1, 1, 1).
     """
@@ -627,10 +754,14 @@ def _coding(section) -> list[Item]:
     printed = (-1, 1, 1)
     items = [
         _judged(
-            section, "signs of the coding of B, C, G against rows 1 and 3 of Table 10", str(printed), str(best), best == printed,
+            section,
+            "signs of the coding of B, C, G against rows 1 and 3 of Table 10",
+            str(printed),
+            str(best),
+            best == printed,
             f"squared misfit of the eight codings, best first: {ranking}",
         )
-    ]  # fmt: skip
+    ]
     for row in (1, 3):
         predicted, (low, high), p = _row_test(row)
         other, _, p_other = _row_test(row, (1, 1, 1))
@@ -638,15 +769,21 @@ def _coding(section) -> list[Item]:
         nearest = min(angles, key=lambda angle, y=predicted: abs(angle - y))
         items.append(
             _judged(
-                section, f"Table 11's coding of B and row {row} of Table 10", f"{nearest:.4f}", predicted, max(p) > LEVEL,
-                f"95 % prediction interval {low:.2f} to {high:.2f}, p {max(p):.4f}; B coded the other way gives {other:.3f}, "
-                f"p {max(p_other):.3f}", predicted - nearest,
+                section,
+                f"Table 11's coding of B and row {row} of Table 10",
+                f"{nearest:.4f}",
+                predicted,
+                max(p) > LEVEL,
+                f"95 % prediction interval {low:.2f} to {high:.2f}, p {max(p):.4f}; B coded the other way "
+                f"gives {other:.3f}, "
+                f"p {max(p_other):.3f}",
+                predicted - nearest,
             )
-        )  # fmt: skip
+        )
     return items
 
 
-# ------------------------------------------------------------------------------------------------------- verification
+# ----------------------------------------------------------------------------------------------- verification
 def verification() -> list[Item]:
     """The verification run against the target, and its t test."""
     section, text = "Verification", _text()
@@ -665,22 +802,33 @@ def verification() -> list[Item]:
     bounds = " and ".join(f"{a:.4f} to {b:.4f}" for a, b in predictions)
     return [
         compare(
-            section, "relative error, %", f"{text['repose_relative_error_pct']}", error,
-            f"rounding of both means allows {min(errors):.4f} to {max(errors):.4f} %", (min(errors), max(errors)),
+            section,
+            "relative error, %",
+            f"{text['repose_relative_error_pct']}",
+            error,
+            f"rounding of both means allows {min(errors):.4f} to {max(errors):.4f} %",
+            (min(errors), max(errors)),
         ),
         _judged(
-            section, "abstract: less than 1 %", "<1", error, error < 1,
+            section,
+            "abstract: less than 1 %",
+            "<1",
+            error,
+            error < 1,
             f"{error:.3f} % from the printed means; below 1 % only if the unrounded means give "
             f"{text['repose_relative_error_pct']} %",
         ),
         _t_test(section, target - mean, sd, text["t_test_P"]),
         _judged(
-            section, f"{target} +- {sd} and the 95 % prediction interval at the optimum", f"{low:.2f} to {high:.2f}",
-            _at_optimum(True)[1].predicted, all(a <= low and high <= b for a, b in predictions),
+            section,
+            f"{target} +- {sd} and the 95 % prediction interval at the optimum",
+            f"{low:.2f} to {high:.2f}",
+            _at_optimum(True)[1].predicted,
+            all(a <= low and high <= b for a, b in predictions),
             f"inside {bounds}; an interval {predictions[0][1] - predictions[0][0]:.2f} deg wide "
             f"({100 * (predictions[0][1] - predictions[0][0]) / target:.1f} %): a check with little power",
         ),
-    ]  # fmt: skip
+    ]
 
 
 def _t_test(section, difference: float, sd: float, printed: float) -> Item:
@@ -702,17 +850,24 @@ def _t_test(section, difference: float, sd: float, printed: float) -> Item:
     reverse = min(one, key=lambda k: abs(1 - one[k] - printed))
     possible = max(max(one.values()), max(two.values())) >= printed
     return _judged(
-        section, "P of the t test", f"{printed}", max(one.values()), possible,
-        f"cannot come from the printed means and sd: the largest P of any n >= 2 is {max(one.values()):.4f} (one sample) or "
-        f"{max(two.values()):.4f} (two samples); {printed} needs n = {needed_n:.3f} (normal limit), a simulation sd of "
-        f"{needed_sd:.1f} deg or a difference of {needed_difference:.4f} deg (n = {n} each); 1 - P comes near at n = {reverse} "
+        section,
+        "P of the t test",
+        f"{printed}",
+        max(one.values()),
+        possible,
+        f"cannot come from the printed means and sd: the largest P of any n >= 2 is {max(one.values()):.4f} "
+        f"(one sample) or "
+        f"{max(two.values()):.4f} (two samples); {printed} needs n = {needed_n:.3f} (normal limit), a "
+        f"simulation sd of "
+        f"{needed_sd:.1f} deg or a difference of {needed_difference:.4f} deg (n = {n} each); 1 - P comes "
+        f"near at n = {reverse} "
         f"({1 - one[reverse]:.4f}), so 1 - P may have been printed; n and sd of the simulation are not given",
         max(one.values()) - printed,
-    )  # fmt: skip
+    )
 
 
 def time_step() -> list[Item]:
-    r"""The particle radius behind the printed Rayleigh step :math:`\pi R \sqrt{\rho/G} / (0.1631\nu + 0.8766)`."""
+    r"""The radius behind the printed Rayleigh step :math:`\pi R \sqrt{\rho/G} / (0.1631\nu + 0.8766)`."""
     text = _text()
     poisson, shear_modulus, density = tables()["tables"]["1"]["values"][3:6]
     per_metre = np.pi * np.sqrt(density / shear_modulus) / (0.1631 * poisson + 0.8766)
@@ -720,9 +875,14 @@ def time_step() -> list[Item]:
     amplification = text["particle_size_amplification"]
     return [
         Item(
-            "Time step", f"radius of the powder spheres behind {text['rayleigh_time_step_s']:g} s, mm", "absent", radius, None,
+            "Time step",
+            f"radius of the powder spheres behind {text['rayleigh_time_step_s']:g} s, mm",
+            "absent",
+            radius,
+            None,
             DATA_MISSING,
-            f"diameter {2 * radius:.4f} mm amplified, {2000 * radius / amplification:.1f} um before; grid 3 R = {3 * radius:.4f} mm; "
+            f"diameter {2 * radius:.4f} mm amplified, {2000 * radius / amplification:.1f} um before; grid 3 "
+            f"R = {3 * radius:.4f} mm; "
             f"if the step were 20 % of Rayleigh's, the radius would be {radius / 0.2:.3f} mm",
         )
-    ]  # fmt: skip
+    ]

@@ -1,4 +1,4 @@
-"""The source paper's designs as tables that can be analysed: Tables 6 and 7, 10, 11 and 12, and the two fits of Eq. 1, 3."""
+"""The source paper's designs as tables that can be analysed (Tables 6, 7, 11, 12), and its fits."""
 
 from functools import cache
 

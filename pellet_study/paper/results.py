@@ -37,7 +37,7 @@ def write(folder: Path, items: list[Item]) -> list[Path]:
 
 
 def recomputed_tables() -> dict[str, pd.DataFrame]:
-    """{file name: table}: the two designs as `pb` and `bbd` read them, and Tables 8 to 11, 13, Eq. 1 to 4 recomputed."""
+    """{file name: table}: the designs as `pb` and `bbd` read them, the other tables recomputed."""
     screening, surface = designs.screening(), designs.surface()
     effects = pd.DataFrame(
         {
@@ -107,7 +107,9 @@ def drawn() -> dict:
     screening, surface, found = designs.screening(), designs.surface(), target()
     return {
         "eq1_restitution": bench_curve(3, "restitution coefficient a1", "rebound height b1 / mm", 8.01),
-        "eq3_rolling_friction": bench_curve(5, "rolling friction coefficient a3", "rolling distance b3 / mm", 69.2),
+        "eq3_rolling_friction": bench_curve(
+            5, "rolling friction coefficient a3", "rolling distance b3 / mm", 69.2
+        ),
         "table08_pareto": figures.pareto(screening, UNIT),
         "table08_half_normal": figures.half_normal(screening, UNIT),
         "table10_climb": figures.climb_path(climb()[0], UNIT, target=found.target),
@@ -135,10 +137,12 @@ def page(items: list[Item]) -> str:
     """The audit as one self-contained HTML page."""
     summary = ", ".join(f"{number} {verdict}" for verdict, number in counts(items).items())
     return (
-        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8"><title>Audit of the source paper</title>\n'
+        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
+        "<title>Audit of the source paper</title>\n"
         "<style>body{font:15px sans-serif;margin:2em;max-width:80em}table{border-collapse:collapse}"
         "td,th{border-bottom:1px solid #ccc;padding:.3em .6em;text-align:left;vertical-align:top}"
-        ".inconsistent{background:#f6dcdc;font-weight:bold}</style></head>\n<body>\n<h1>Audit of the source paper</h1>\n"
+        ".inconsistent{background:#f6dcdc;font-weight:bold}</style></head>\n<body>\n<h1>Audit of the source "
+        "paper</h1>\n"
         f"<p>{len(items)} items: {html.escape(summary)}.</p>\n{section(items)}\n</body></html>\n"
     )
 
@@ -159,5 +163,3 @@ def shown(value) -> str:
     if value is None:
         return "-"
     return value if isinstance(value, str) else f"{value:.7g}"
-
-

@@ -1,8 +1,8 @@
 """A printed number beside its recomputed one, and the rule that judges them.
 
-reproduced: equal at the printed digits. reproduced to rounding: inside what the rounding of the printed inputs allows.
-consistent: no test fails, but there is no number to compare with. inconsistent: it cannot be so. data missing: the text
-does not give the data. not recomputable: the paper prints a derived number only.
+reproduced: equal at the printed digits. reproduced to rounding: inside what the rounding of the printed
+inputs allows. consistent: no test fails, but there is no number to compare with. inconsistent: it cannot be
+so. data missing: the text does not give the data. not recomputable: the paper prints a derived number only.
 """
 
 import re
