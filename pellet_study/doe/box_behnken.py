@@ -242,20 +242,18 @@ def _adequate_precision(model: LinearFit) -> float | None:
 
 
 def _diagnostics(model: LinearFit) -> Runs:
-    leverage = model.leverage(model.coded)
-    if not model.mean_square_error or model.df_residual < 2:
-        return Runs(model.fitted, model.residuals, None, leverage, None)
-    influence = model.results.get_influence()
-    with np.errstate(divide="ignore", invalid="ignore"):
-        studentized, cook = influence.resid_studentized_external, influence.cooks_distance[0]
-    exact = leverage > 1 - 1e-9
-    return Runs(
-        model.fitted,
-        model.residuals,
-        np.where(exact, np.nan, studentized),
-        leverage,
-        np.where(exact, np.nan, cook),
-    )
+    r"""Leverage h, R-student :math:`e/(s_{(i)}\sqrt{1-h})`, Cook's D :math:`e^2 h/(p s^2 (1-h)^2)` of every run.
+
+    A run with leverage 1 is fitted exactly whatever it reads, and has neither R-student nor Cook's D (NaN).
+    """
+    leverage, residuals = model.leverage(model.coded), model.residuals
+    variance, df = model.mean_square_error, model.df_residual
+    if not variance or df < 2:
+        return Runs(model.fitted, residuals, None, leverage, None)
+    left = np.where(leverage > 1 - 1e-9, np.nan, 1 - leverage)
+    deleted = (model.ss_residual - residuals**2 / left) / (df - 1)
+    cook = residuals**2 * leverage / (len(model.terms) * variance * left**2)
+    return Runs(model.fitted, residuals, residuals / np.sqrt(deleted * left), leverage, cook)
 
 
 def _normality(model: LinearFit) -> tuple[float, float] | None:

@@ -67,7 +67,7 @@ def compare(section, item, printed, value, reason="", span=None) -> Item:
     number = printed_number(printed)
     if equal_as_printed(printed, value):
         verdict = REPRODUCED
-    elif span is not None and span[0] <= number <= span[1]:
+    elif span is not None and number is not None and span[0] <= number <= span[1]:
         verdict = TO_ROUNDING
     else:
         verdict = INCONSISTENT
