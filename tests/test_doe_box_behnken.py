@@ -1,9 +1,9 @@
 """Box-Behnken against two published analyses, and what is read off the fit against its definition.
 
-resin viscosity: Myers and Montgomery, Response Surface Methodology, 2nd ed., Wiley 2002, example 7.5, ANOVA and equation as
-reprinted by ReliaWiki, "Box Behnken RSM" (its F of BC, 1.22, does not follow from its own sums, 12.25/10.25).
-odour: John, Statistical Design and Analysis of Experiments, Macmillan 1971; results as printed in the SAS/STAT User's
-Guide, The RSREG Procedure, "A Response Surface with a Simple Optimum".
+resin viscosity: Myers and Montgomery, Response Surface Methodology, 2nd ed., Wiley 2002, example 7.5, ANOVA
+and equation as reprinted by ReliaWiki, "Box Behnken RSM" (its F of BC, 1.22, does not follow from its own
+sums, 12.25/10.25). odour: John, Statistical Design and Analysis of Experiments, Macmillan 1971; results as
+printed in the SAS/STAT User's Guide, The RSREG Procedure, "A Response Surface with a Simple Optimum".
 """
 
 import numpy as np
@@ -17,11 +17,25 @@ from pellet_study.doe.linear_model import interval
 from pellet_study.errors import InputError
 
 EDGES = [
-    (-1, -1, 0), (1, -1, 0), (-1, 1, 0), (1, 1, 0), (-1, 0, -1), (1, 0, -1), (-1, 0, 1), (1, 0, 1),
-    (0, -1, -1), (0, 1, -1), (0, -1, 1), (0, 1, 1), (0, 0, 0), (0, 0, 0), (0, 0, 0),
-]  # fmt: skip
+    (-1, -1, 0),
+    (1, -1, 0),
+    (-1, 1, 0),
+    (1, 1, 0),
+    (-1, 0, -1),
+    (1, 0, -1),
+    (-1, 0, 1),
+    (1, 0, 1),
+    (0, -1, -1),
+    (0, 1, -1),
+    (0, -1, 1),
+    (0, 1, 1),
+    (0, 0, 0),
+    (0, 0, 0),
+    (0, 0, 0),
+]
 VISCOSITY = [53, 58, 59, 56, 64, 45, 35, 60, 59, 64, 53, 65, 65, 59, 62]
-ODOUR = """66 40 .3 4; 39 120 .3 4; 43 40 .7 4; 49 120 .7 4; 58 40 .5 2; 17 120 .5 2; -5 40 .5 6; -40 120 .5 6;
+ODOUR = """66 40 .3 4; 39 120 .3 4; 43 40 .7 4; 49 120 .7 4; 58 40 .5 2; 17 120 .5 2; -5 40 .5 6; -40 120 .5
+6;
 65 80 .3 2; 7 80 .7 2; 43 80 .3 6; -22 80 .7 6; -31 80 .5 4; -35 80 .5 4; -26 80 .5 4"""
 
 
@@ -69,9 +83,17 @@ def test_resin_anova_as_published(resin, source, sum_of_squares, df, p):
 
 def test_resin_equation_in_physical_units_as_published(resin):
     published = {
-        "1": -58.875, "A": 2.65, "B": -0.65, "C": -11.125, "A2": -0.0118, "B2": 0.3, "C2": -0.145,
-        "AB": -0.032, "AC": 0.088, "BC": 0.14,
-    }  # fmt: skip
+        "1": -58.875,
+        "A": 2.65,
+        "B": -0.65,
+        "C": -11.125,
+        "A2": -0.0118,
+        "B2": 0.3,
+        "C2": -0.145,
+        "AB": -0.032,
+        "AC": 0.088,
+        "BC": 0.14,
+    }
     assert resin.physical_coefficients == pytest.approx(published)
 
 
@@ -177,7 +199,9 @@ def test_reduced_models_keep_hierarchy(resin):
     assert all(p <= 0.1 for name, p in reduced.p.items() if name not in ("A", "B", "C"))
     with pytest.raises(InputError, match="cannot be left out while"):
         box_behnken.without(resin, ["A"])
-    assert list(box_behnken.without(resin, ["BC"]).coefficients) == [n for n in resin.coefficients if n != "BC"]
+    assert list(box_behnken.without(resin, ["BC"]).coefficients) == [
+        n for n in resin.coefficients if n != "BC"
+    ]
 
 
 def test_prediction_intervals_cover_as_they_should():
@@ -187,14 +211,19 @@ def test_prediction_intervals_cover_as_they_should():
     frame = pd.DataFrame(x, columns=list("ABC")).assign(y=rng.normal(size=len(x)))
     model = box_behnken.analyse(code_design(frame)).model
     found = interval(model, [[0.4, -0.3, 0.6]])
-    half_widths = [(high - low) / 2 / np.sqrt(model.mean_square_error) for low, high in (found.confidence, found.prediction)]
+    half_widths = [
+        (high - low) / 2 / np.sqrt(model.mean_square_error)
+        for low, high in (found.confidence, found.prediction)
+    ]
     y = rng.normal(size=(len(x), 2000))
     coefficients = np.linalg.lstsq(model.matrix, y, rcond=None)[0]
     sigma = np.sqrt(np.sum((y - model.matrix @ coefficients) ** 2, axis=0) / model.df_residual)
     point = np.array([1, 0.4, -0.3, 0.6, 0.4 * -0.3, 0.4 * 0.6, -0.3 * 0.6, 0.16, 0.09, 0.36])
     predicted = point @ coefficients
     assert np.mean(np.abs(predicted) < half_widths[0] * sigma) == pytest.approx(0.95, abs=0.015)
-    assert np.mean(np.abs(predicted - rng.normal(size=2000)) < half_widths[1] * sigma) == pytest.approx(0.95, abs=0.015)
+    assert np.mean(np.abs(predicted - rng.normal(size=2000)) < half_widths[1] * sigma) == pytest.approx(
+        0.95, abs=0.015
+    )
 
 
 @pytest.mark.parametrize(("n_factors", "runs"), [(3, 12), (4, 24), (5, 40)])
@@ -205,7 +234,9 @@ def test_box_behnken_has_only_edges_and_centre(n_factors, runs):
 
 
 def test_face_centred_has_corners_faces_and_centre():
-    counts = np.unique(np.abs(box_behnken.coded_matrix(3, 4, face_centred=True)).sum(axis=1), return_counts=True)
+    counts = np.unique(
+        np.abs(box_behnken.coded_matrix(3, 4, face_centred=True)).sum(axis=1), return_counts=True
+    )
     assert dict(zip(*counts, strict=True)) == {0: 4, 1: 6, 3: 8}
 
 

@@ -2,12 +2,13 @@
 
 Sources of the published answers
 --------------------------------
-cast fatigue: Hunter, Hodi, Eagar, Metall. Trans. A 13 (1982) 1589; data as BM93.e2.data of the R package BsMD; main
-effects as printed by Wu and Hamada, Experiments, Wiley 2000 (chapter 8).
-unbalanced 2 x 2: SAS/STAT User's Guide, The GLM Procedure, "PROC GLM for Unbalanced ANOVA": a replicated two-level design
-with one run missing, type III sums of squares.
-filtration rate: Montgomery, Design and Analysis of Experiments, Wiley, example 6.2 (2^4, unreplicated): Lenth's method.
-chemical process: Montgomery, solutions manual, problem 8.1 (half fraction): Design-Expert's Lenth ME and SME.
+cast fatigue: Hunter, Hodi, Eagar, Metall. Trans. A 13 (1982) 1589; data as BM93.e2.data of the R package
+BsMD; main effects as printed by Wu and Hamada, Experiments, Wiley 2000 (chapter 8).
+unbalanced 2 x 2: SAS/STAT User's Guide, The GLM Procedure, "PROC GLM for Unbalanced ANOVA": a replicated
+two-level design with one run missing, type III sums of squares.
+filtration rate: Montgomery, Design and Analysis of Experiments, Wiley, example 6.2 (2^4, unreplicated):
+Lenth's method. chemical process: Montgomery, solutions manual, problem 8.1 (half fraction): Design-Expert's
+Lenth ME and SME.
 """
 
 from itertools import combinations
@@ -55,7 +56,7 @@ def filtration_rate() -> pd.DataFrame:
     return pd.DataFrame(columns).assign(rate=[float(y) for y in FILTRATION_RATE])
 
 
-# ------------------------------------------------------------------------------------------------------------ design
+# ---------------------------------------------------------------------------------------------------- design
 @pytest.mark.parametrize("n_factors", range(1, 24))
 def test_every_size_up_to_23_factors_is_orthogonal_and_balanced(n_factors):
     matrix = plackett_burman.coded_matrix(n_factors)
@@ -91,7 +92,7 @@ def test_impossible_designs_are_refused(arguments):
         plackett_burman.coded_matrix(*arguments)
 
 
-# ---------------------------------------------------------------------------------------------------------- analysis
+# -------------------------------------------------------------------------------------------------- analysis
 def test_cast_fatigue_main_effects_as_published():
     screening = plackett_burman.analyse(code_design(cast_fatigue()))
     published = {"A": 0.326, "B": 0.294, "C": -0.246, "D": -0.516, "E": 0.150, "F": 0.915, "G": 0.183}
@@ -113,7 +114,9 @@ def test_a_two_level_design_with_a_missing_run_has_the_published_type_three_sums
     screening = plackett_burman.analyse(code_design(frame))
     rows = {row["source"]: row for row in screening.anova}
     assert rows["model"]["sum_of_squares"] == pytest.approx(91.71428571, abs=1e-8)
-    assert [rows[name]["sum_of_squares"] for name in ("A", "B", "AB")] == pytest.approx([67.6, 10.0, 0.4], abs=1e-8)
+    assert [rows[name]["sum_of_squares"] for name in ("A", "B", "AB")] == pytest.approx(
+        [67.6, 10.0, 0.4], abs=1e-8
+    )
     assert (rows["residual"]["sum_of_squares"], rows["residual"]["df"]) == (pytest.approx(6.0), 3)
     assert not screening.orthogonal
 
@@ -132,7 +135,9 @@ def test_a_failed_run_is_left_out_by_least_squares_and_its_loss_is_stated():
 
 def test_replicated_runs_give_pure_error_and_the_same_effects():
     frame = cast_fatigue()
-    noisy = pd.concat([frame.assign(log_life=frame.log_life + 0.1), frame.assign(log_life=frame.log_life - 0.1)])
+    noisy = pd.concat(
+        [frame.assign(log_life=frame.log_life + 0.1), frame.assign(log_life=frame.log_life - 0.1)]
+    )
     screening = plackett_burman.analyse(code_design(noisy))
     rows = {row["source"]: row for row in screening.anova}
     assert (rows["pure error"]["sum_of_squares"], rows["pure error"]["df"]) == (pytest.approx(12 * 0.02), 12)
@@ -140,7 +145,7 @@ def test_replicated_runs_give_pure_error_and_the_same_effects():
     assert 0 < screening.lack_of_fit_p < 1
 
 
-# ------------------------------------------------------------------------------------------------- Lenth, saturation
+# ----------------------------------------------------------------------------------------- Lenth, saturation
 def test_lenth_of_the_filtration_rate_as_published_and_no_p_values_when_saturated():
     screening = plackett_burman.analyse(code_design(filtration_rate()))
     assert screening.saturated
@@ -171,7 +176,7 @@ def test_lenth_uses_the_unused_columns_of_the_design():
     assert 3 * np.sum(np.square(contrasts)) == pytest.approx(screening.model.ss_residual)
 
 
-# --------------------------------------------------------------------------------------------------- aliases, power
+# -------------------------------------------------------------------------------------------- aliases, power
 def test_aliases_of_eleven_factors_are_none_or_one_third():
     """Plackett and Burman's 12 runs: every interaction is spread over the factors not in it, a third to each."""
     names = list("ABCDEFGHIJK")
@@ -191,7 +196,9 @@ def test_the_detectable_effect_is_found_four_times_in_five():
     x = plackett_burman.coded_matrix(7)
     frame = pd.DataFrame(x, columns=list("ABCDEFG")).assign(y=rng.normal(size=12))
     screening = plackett_burman.analyse(code_design(frame))
-    detectable = screening.detectable_effects["A"] / np.sqrt(screening.model.mean_square_error)  # per unit sigma
+    detectable = screening.detectable_effects["A"] / np.sqrt(
+        screening.model.mean_square_error
+    )  # per unit sigma
     y = 0.5 * detectable * x[:, :1] + rng.normal(size=(12, 20000))
     full = np.column_stack([np.ones(12), x])
     fitted = full @ (full.T @ y) / 12

@@ -1,6 +1,7 @@
 """Every number the audit marks reproduced comes out of the paper's printed rows to every printed digit.
 
-The expected values are typed from the paper (Tables 8, 9, 13, Eq. 1, 3, 4, text), not read from the package's copy.
+The expected values are typed from the paper (Tables 8, 9, 13, Eq. 1, 3, 4, text), not read from the package's
+copy.
 """
 
 import numpy as np
@@ -48,9 +49,17 @@ TABLE_13 = {
     "total": (None, 16, "172.56", None),
 }
 EQUATION_4 = {
-    "1": "41.25", "B": "0.6563", "C": "2.75", "G": "1.82", "BC": "-0.1175", "BG": "-1.40", "CG": "-1.33",
-    "B2": "-0.6973", "C2": "-1.07", "G2": "-3.56",
-}  # fmt: skip
+    "1": "41.25",
+    "B": "0.6563",
+    "C": "2.75",
+    "G": "1.82",
+    "BC": "-0.1175",
+    "BG": "-1.40",
+    "CG": "-1.33",
+    "B2": "-0.6973",
+    "C2": "-1.07",
+    "G2": "-3.56",
+}
 
 
 @pytest.fixture(scope="module")
@@ -124,7 +133,9 @@ def test_summary_of_the_surface(surface):
 
 
 def test_the_papers_twelve_runs_and_climb_come_out_of_the_package(screening):
-    assert np.array_equal(plackett_burman.coded_matrix(7, 12), designs.screening_table().coded.to_numpy()[:12])
+    assert np.array_equal(
+        plackett_burman.coded_matrix(7, 12), designs.screening_table().coded.to_numpy()[:12]
+    )
     from pellet_study.paper.results import climb
 
     path, turning = climb()

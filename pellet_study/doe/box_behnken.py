@@ -242,7 +242,7 @@ def _adequate_precision(model: LinearFit) -> float | None:
 
 
 def _diagnostics(model: LinearFit) -> Runs:
-    r"""Leverage h, R-student :math:`e/(s_{(i)}\sqrt{1-h})`, Cook's D :math:`e^2 h/(p s^2 (1-h)^2)` of every run.
+    r"""Leverage h, R-student :math:`e/(s_{(i)}\sqrt{1-h})`, Cook's D :math:`e^2 h/(p s^2 (1-h)^2)`.
 
     A run with leverage 1 is fitted exactly whatever it reads, and has neither R-student nor Cook's D (NaN).
     """
@@ -252,6 +252,7 @@ def _diagnostics(model: LinearFit) -> Runs:
         return Runs(model.fitted, residuals, None, leverage, None)
     left = np.where(leverage > 1 - 1e-9, np.nan, 1 - leverage)
     deleted = (model.ss_residual - residuals**2 / left) / (df - 1)
+    deleted = np.where(deleted > 0, deleted, np.nan)
     cook = residuals**2 * leverage / (len(model.terms) * variance * left**2)
     return Runs(model.fitted, residuals, residuals / np.sqrt(deleted * left), leverage, cook)
 

@@ -226,9 +226,9 @@ def _looks_like_a_factor(frame: pd.DataFrame) -> bool:
 
 
 def _is_coded(values: pd.Series) -> bool:
-    return set(values.round(9)) <= {-1.0, 0.0, 1.0} or (
-        np.isclose(values.max(), -values.min()) and {-1.0, 1.0} <= set(values.round(6)) and values.max() < 3
-    )
+    """Whether a column holds coded levels: -1 and 1, besides them at most 0 and a pair of axial levels."""
+    levels = set(values.round(6))
+    return {-1.0, 1.0} <= levels and levels == {-level for level in levels} and max(levels) < 3
 
 
 def _factor_of(values: pd.Series, given: Factor | None, lines, source) -> Factor:
@@ -262,7 +262,7 @@ def _check_levels(coded: pd.Series, values: pd.Series, lines, max_levels: int, s
             f"(low, middle, "
             "high). Leave out a column that is no factor, such as a run number, with --ignore"
         )
-    if max_levels == 3:
+    if len(levels) <= 3:
         _check_three(coded, values, lines, source)
 
 
