@@ -178,7 +178,7 @@ def test_lenth_uses_the_unused_columns_of_the_design():
 
 # -------------------------------------------------------------------------------------------- aliases, power
 def test_aliases_of_eleven_factors_are_none_or_one_third():
-    """Plackett and Burman's 12 runs: every interaction is spread over the factors not in it, a third to each."""
+    """Plackett and Burman's 12 runs: an interaction is spread over the factors not in it, a third to each."""
     names = list("ABCDEFGHIJK")
     found = plackett_burman.aliases(names, plackett_burman.coded_matrix(11))
     for name, shares in found.items():
