@@ -176,8 +176,7 @@ def analyse(table: DesignTable, alpha: float = 0.05) -> Surface:
         if table.coded[name].round(1).nunique() < 3:
             raise InputError(
                 f"column {name!r} has only two levels in rows {table.lines[0]} to {table.lines[-1]}: its "
-                f"square "
-                "cannot be fitted; expected three levels or more. Analyse a two-level table with pb"
+                "square cannot be fitted; expected three levels or more. Analyse a two-level table with pb"
             )
     return fit_surface(table, quadratic_terms(table.names), alpha)
 

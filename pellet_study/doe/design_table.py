@@ -68,8 +68,8 @@ def read_rows(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     for number, row in lines[1:]:
         if len(row) != len(header):
             raise InputError(
-                f"row {number} of {path} has {len(row)} cells where the header has {len(header)}: "
-                "expected one cell a column, separated by commas (decimal point, not comma)"
+                f"row {number} of {path} has {len(row)} cells where the header has {len(header)}: expected "
+                "one cell a column, separated by commas (decimal point, not comma)"
             )
     return header, lines[1:]
 
@@ -81,13 +81,13 @@ def _checked_header(header: list[str], path: Path) -> None:
     if all(_is_number(name) for name in header):
         raise InputError(
             f"the first line of {path} is all numbers ({', '.join(header[:3])} ...): expected the column "
-            f"names there"
+            "names there"
         )
     repeated = sorted({name for name in header if header.count(name) > 1})
     if repeated:
         raise InputError(
-            f"the column name {repeated[0]!r} stands {header.count(repeated[0])} times in {path}: "
-            "expected each factor once; rename or remove one"
+            f"the column name {repeated[0]!r} stands {header.count(repeated[0])} times in {path}: expected "
+            "each factor once; rename or remove one"
         )
     if len(header) < 2:
         raise InputError(
@@ -133,8 +133,7 @@ def read_numbers(path: Path, ignore: list[str] = ()) -> tuple[pd.DataFrame, list
             if not _is_number(row[i]):
                 raise InputError(
                     f"column {header[i]!r}, row {number} of {path}: {row[i]!r} is not a number; expected a "
-                    f"level of "
-                    "the factor or the measured response (leave the response of a failed run empty)"
+                    "level of the factor or the measured response (leave the response of a failed run empty)"
                 )
         values.append([float(row[i]) for i in keep])
         lines.append(number)
@@ -201,15 +200,14 @@ def _check_response(frame, names, lines, source) -> None:
     levels = frame[response].round(9).nunique()
     if levels == 1 and len(frame) > 1:
         raise InputError(
-            f"the last column {response!r} of {source} is {frame[response].iloc[0]:g} in every row "
-            f"(rows {lines[0]} to {lines[-1]}): expected the measured response, which varies; put it in the "
-            f"last column"
+            f"the last column {response!r} of {source} is {frame[response].iloc[0]:g} in every row (rows "
+            f"{lines[0]} to {lines[-1]}): expected the measured response, which varies; put it in the last "
+            "column"
         )
     if set(frame[response].round(9)) <= {-1.0, 0.0, 1.0} or _looks_like_a_factor(frame):
         raise InputError(
             f"the last column {response!r} of {source} holds the levels of a factor in rows {lines[0]} to "
-            f"{lines[-1]}: "
-            "the response column is missing; expected the measured values in the last column"
+            f"{lines[-1]}: the response column is missing; expected the measured values in the last column"
         )
 
 
@@ -235,8 +233,7 @@ def _factor_of(values: pd.Series, given: Factor | None, lines, source) -> Factor
     if values.round(12).nunique() == 1:
         raise InputError(
             f"column {values.name!r} of {source} is {values.iloc[0]:g} in every row (rows {lines[0]} to "
-            f"{lines[-1]}): "
-            "expected a factor at two levels at least; remove the column"
+            f"{lines[-1]}): expected a factor at two levels at least; remove the column"
         )
     if given is not None:
         return given
@@ -257,10 +254,9 @@ def _check_levels(coded: pd.Series, values: pd.Series, lines, max_levels: int, s
     if len(levels) > max_levels:
         raise InputError(
             f"column {coded.name!r} of {source} has {len(levels)} different values (row {lines[0]}: "
-            f"{values.iloc[0]:g}, "
-            f"row {lines[1]}: {values.iloc[1]:g}, ...): not a design; expected at most {max_levels} levels "
-            f"(low, middle, "
-            "high). Leave out a column that is no factor, such as a run number, with --ignore"
+            f"{values.iloc[0]:g}, row {lines[1]}: {values.iloc[1]:g}, ...): not a design; expected at most "
+            f"{max_levels} levels (low, middle, high). Leave out a column that is no factor, such as a run "
+            "number, with --ignore"
         )
     if len(levels) <= 3:
         _check_three(coded, values, lines, source)
@@ -281,8 +277,6 @@ def _check_three(coded: pd.Series, values: pd.Series, lines, source: str) -> Non
         row = int(np.argmax(off))
         raise InputError(
             f"column {coded.name!r}, row {lines[row]} of {source}: {values.iloc[row]:g} is "
-            f"{coded.iloc[row]:.3g} in coded "
-            "units; expected -1, 0 or 1 (low, half way, high). Give the levels with --factor, or a "
-            "logarithmic "
-            "factor as its logarithm"
+            f"{coded.iloc[row]:.3g} in coded units; expected -1, 0 or 1 (low, half way, high). Give the "
+            "levels with --factor, or a logarithmic factor as its logarithm"
         )

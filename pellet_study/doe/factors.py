@@ -79,8 +79,7 @@ def parse_factor(text: str) -> Factor:
     except ValueError:
         raise InputError(
             f"the factor {text!r} was not understood: expected NAME=LOW,HIGH or NAME=LOW,HIGH,UNIT with LOW "
-            f"the "
-            "physical value of -1, for example B=0.90,0.82"
+            "the physical value of -1, for example B=0.90,0.82"
         ) from None
 
 

@@ -187,14 +187,14 @@ def fit(names, terms, coded, response, extra=None) -> LinearFit:
     if runs < size:
         raise InputError(
             f"the table has {runs} runs with a response and the model has {size} terms "
-            f"({', '.join(model.columns)}): "
-            f"expected at least {size} runs; run what is missing, or leave factors out with --ignore"
+            f"({', '.join(model.columns)}): expected at least {size} runs; run what is missing, or leave "
+            "factors out with --ignore"
         )
     if np.linalg.matrix_rank(model.matrix) < size:
         raise InputError(
             f"the {runs} runs do not separate the terms {_confounded(model)}: expected a design in which "
-            f"each varies "
-            "by itself; check these columns for copies of one another, or run the points that are missing"
+            "each varies by itself; check these columns for copies of one another, or run the points that "
+            "are missing"
         )
     return model
 

@@ -235,10 +235,8 @@ def _centre_points(table: DesignTable) -> np.ndarray:
         name = table.names[int(np.argmax(nearest[row] == 0))]
         raise InputError(
             f"column {name!r}, row {table.lines[row]}: the middle level, while other factors of that run are "
-            f"low or "
-            "high; a two-level design has its centre points at the middle of every factor. Analyse a "
-            "three-level "
-            "table (Box-Behnken, central composite) with bbd"
+            "low or high; a two-level design has its centre points at the middle of every factor. Analyse a "
+            "three-level table (Box-Behnken, central composite) with bbd"
         )
     if centre.all():
         raise InputError(

@@ -263,8 +263,7 @@ def _along(levels: np.ndarray, names: list[str]) -> np.ndarray:
     if singular[0] == 0 or (len(singular) > 1 and singular[1] > 0.05 * singular[0]):
         raise InputError(
             f"the runs do not lie on one line in {', '.join(names)}: expected the points of one path, one "
-            f"run a row, "
-            "the response in the last column"
+            "run a row, the response in the last column"
         )
     along = offsets @ directions[0]
     return along if along.sum() >= 0 else -along

@@ -55,8 +55,8 @@ def anova_text(rows: list[dict]) -> str:
 def _summary_line(analysis: Screening | Surface) -> str:
     return (
         f"R2 {number(analysis.r2)}, adjusted {number(analysis.r2_adjusted)}, predicted "
-        f"{number(analysis.r2_predicted)}; "
-        f"C.V. {number(analysis.cv_percent, 4)} %; lack of fit p {probability(analysis.lack_of_fit_p)}"
+        f"{number(analysis.r2_predicted)}; C.V. {number(analysis.cv_percent, 4)} %; lack of fit p "
+        f"{probability(analysis.lack_of_fit_p)}"
     )
 
 
@@ -73,8 +73,8 @@ def equation(coefficients: dict[str, float], digits: int = 6) -> str:
 def _head(analysis: Screening | Surface, kind: str) -> str:
     levels = "; ".join(f"{f.label} {f.low:g} to {f.high:g}" for f in analysis.table.factors)
     return (
-        f"{kind}: {len(analysis.table.response)} runs, {len(analysis.table.factors)} factors, "
-        f"response {analysis.table.response.name}\nlevels -1 to +1: {levels}"
+        f"{kind}: {len(analysis.table.response)} runs, {len(analysis.table.factors)} factors, response "
+        f"{analysis.table.response.name}\nlevels -1 to +1: {levels}"
     )
 
 
@@ -114,15 +114,14 @@ def screening_text(screening: Screening) -> str:
     if s.lenth:
         parts.append(
             f"Lenth, {s.lenth.contrasts} contrasts: pseudo standard error "
-            f"{number(s.lenth.pseudo_standard_error)}, margin of "
-            f"error {number(s.lenth.margin_of_error)}, simultaneous "
-            f"{number(s.lenth.simultaneous_margin_of_error)}; beyond the "
-            f"margin: {', '.join(n for n in order if abs(s.effects[n]) > s.lenth.margin_of_error) or 'none'}"
+            f"{number(s.lenth.pseudo_standard_error)}, margin of error {number(s.lenth.margin_of_error)}, "
+            f"simultaneous {number(s.lenth.simultaneous_margin_of_error)}; beyond the margin: "
+            f"{', '.join(n for n in order if abs(s.effects[n]) > s.lenth.margin_of_error) or 'none'}"
         )
     if s.curvature:
         parts.append(
-            f"curvature: centre points minus the straight line {s.curvature.estimate:+.5g}, "
-            f"F {number(s.curvature.f)}, p {probability(s.curvature.p)}"
+            f"curvature: centre points minus the straight line {s.curvature.estimate:+.5g}, F "
+            f"{number(s.curvature.f)}, p {probability(s.curvature.p)}"
         )
     parts.append(_alias_text(s))
     return "\n\n".join(parts)
@@ -146,17 +145,15 @@ def screening_warnings(screening: Screening) -> list[str]:
     if screening.saturated:
         found.append(
             "the design is saturated: as many terms as runs, no residual, so no p values; judge the effects "
-            "by Lenth's "
-            "margin of error and the half-normal plot"
+            "by Lenth's margin of error and the half-normal plot"
         )
     if not screening.orthogonal:
         worst = max(screening.standard_error_inflation, key=screening.standard_error_inflation.get)
         found.append(
             "the runs that are there are not orthogonal: effects are least-squares estimates and share "
-            "information; the "
-            f"standard error of {worst} is {100 * (screening.standard_error_inflation[worst] - 1):.1f} % "
-            f"larger than in an "
-            "orthogonal design with as many runs"
+            f"information; the standard error of {worst} is "
+            f"{100 * (screening.standard_error_inflation[worst] - 1):.1f} % larger than in an orthogonal "
+            "design with as many runs"
         )
     if screening.lack_of_fit_p is None and not screening.saturated:
         found.append(
@@ -201,8 +198,8 @@ def _checks_text(surface: Surface) -> str:
             else "no transformation is indicated"
         )
         lines.append(
-            f"Box-Cox power {number(power.power, 3)} "
-            f"({number(power.low, 3)} to {number(power.high, 3)}): {need}"
+            f"Box-Cox power {number(power.power, 3)} ({number(power.low, 3)} to {number(power.high, 3)}): "
+            f"{need}"
         )
     lines.append("VIF " + ", ".join(f"{name} {value:.3f}" for name, value in surface.vif.items()))
     return "\n".join(lines)
@@ -232,8 +229,7 @@ def surface_warnings(surface: Surface) -> list[str]:
     if surface.saturated:
         found.append(
             "the design is saturated: as many terms as runs, no residual, so no p values; judge the effects "
-            "by Lenth's "
-            "margin and a half-normal plot, or leave terms out with --drop"
+            "by Lenth's margin and a half-normal plot, or leave terms out with --drop"
         )
     if not surface.pure_error_df:
         found.append(
@@ -244,8 +240,8 @@ def surface_warnings(surface: Surface) -> list[str]:
     elif surface.r2_predicted is not None and surface.r2_adjusted - surface.r2_predicted > PREDICTED_R2_GAP:
         found.append(
             f"the predicted R2 ({surface.r2_predicted:.3f}) falls far below the adjusted one "
-            f"({surface.r2_adjusted:.3f}): the "
-            "model follows single runs; look at Cook's distances, reduce the model or run more"
+            f"({surface.r2_adjusted:.3f}): the model follows single runs; look at Cook's distances, reduce "
+            "the model or run more"
         )
     inflated = {name: value for name, value in surface.vif.items() if value > 5}
     if inflated:
@@ -263,16 +259,15 @@ def prediction_text(physical: dict[str, float], found: Interval) -> str:
     if found.confidence:
         text += (
             f"; confidence interval of the mean {number(found.confidence[0])} to "
-            f"{number(found.confidence[1])}, prediction "
-            f"interval of one run {number(found.prediction[0])} to {number(found.prediction[1])}"
+            f"{number(found.confidence[1])}, prediction interval of one run {number(found.prediction[0])} to "
+            f"{number(found.prediction[1])}"
         )
     return text
 
 
 EXTRAPOLATION = (
     "the point is an extrapolation: no run constrains the model there as at the design's own points (a "
-    "Box-Behnken design "
-    "has no corners); make runs there, or use a face-centred design"
+    "Box-Behnken design has no corners); make runs there, or use a face-centred design"
 )
 
 
@@ -287,9 +282,8 @@ def target_text(found: TargetSet) -> str:
     lines = [
         f"{label}: met on a sheet of {len(found.extents) - 1} dimensions, not at one point",
         f"  {100 * found.fraction:.1f} % of the box lies within the uncertainty, "
-        f"{100 * found.fraction_one_percent:.1f} % within "
-        f"1 % of the target; {100 * found.fraction_not_excluded:.1f} % cannot be excluded with the fit's own "
-        f"uncertainty",
+        f"{100 * found.fraction_one_percent:.1f} % within 1 % of the target; "
+        f"{100 * found.fraction_not_excluded:.1f} % cannot be excluded with the fit's own uncertainty",
     ]
     for extent in found.extents:
         low, high = extent.coded
@@ -354,8 +348,8 @@ def turning_text(turning: Turning) -> str:
         return f"the path has not turned: its last run ({place}) is the best; go on along it"
     levels = "; ".join(f"{f.name} {f.low:g}, {f.centre:g}, {f.high:g}" for f in turning.next_factors)
     return (
-        f"the path turned at run {position} of {len(turning.order)}: {place}\n"
-        f"centre the next design there (levels -1, 0, +1): {levels}"
+        f"the path turned at run {position} of {len(turning.order)}: {place}\ncentre the next design there "
+        f"(levels -1, 0, +1): {levels}"
     )
 
 

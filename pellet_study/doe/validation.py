@@ -189,8 +189,7 @@ def declare_margin(path: Path, margin: float, unit: str = "") -> None:
     if path.exists() and read_margin(path) != margin:
         raise InputError(
             f"{path} declares the margin {read_margin(path):g} already, not {margin:g}: a margin is not "
-            f"changed after "
-            "it was declared; use another file for another test"
+            "changed after it was declared; use another file for another test"
         )
     path.write_text(json.dumps({"margin": margin, "unit": unit}) + "\n", encoding="utf-8")
 

@@ -73,3 +73,10 @@ def r_squared(model: LinearFit, response=None) -> float:
     response = model.response if response is None else np.asarray(response, float)
     residuals = response - model.matrix @ np.linalg.lstsq(model.matrix, response, rcond=None)[0]
     return float(1 - residuals @ residuals / np.sum((response - response.mean()) ** 2))
+
+
+def implied_angles(row: int) -> tuple[float, float]:
+    """The two repose angles (deg) that a relative error of Table 10 leaves open, row counted from 1."""
+    target = tables()["text"]["repose_angle_physical_deg"]
+    error = float(table(10)["Relative error"].iloc[row - 1]) / 100
+    return target * (1 - error), target * (1 + error)

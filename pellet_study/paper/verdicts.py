@@ -16,6 +16,9 @@ DATA_MISSING = "data missing"
 NOT_RECOMPUTABLE = "not recomputable"
 VERDICTS = (REPRODUCED, TO_ROUNDING, CONSISTENT, INCONSISTENT, DATA_MISSING, NOT_RECOMPUTABLE)
 
+LEVEL = 0.05
+"""Level of every test of the audit."""
+
 
 @dataclass(frozen=True)
 class Item:
@@ -72,3 +75,9 @@ def compare(section, item, printed, value, reason="", span=None) -> Item:
     else:
         verdict = INCONSISTENT
     return Item(section, item, printed, value, None if number is None else value - number, verdict, reason)
+
+
+def judged(section, item, published, recomputed, is_consistent, reason, difference=None) -> Item:
+    """A claim that a test or a count decides: consistent or inconsistent."""
+    verdict = CONSISTENT if is_consistent else INCONSISTENT
+    return Item(section, item, published, recomputed, difference, verdict, reason)
