@@ -237,3 +237,20 @@ def test_the_commands_import_no_plots_no_design_library_and_not_all_of_statsmode
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
     assert done.returncode == 0, done.stderr
+
+
+def test_a_saturated_quadratic_is_judged_by_lenth_and_half_normal(tmp_path, capsys):
+    path = tmp_path / "saturated.csv"
+    runs = ["-1,-1,3.1", "1,-1,5.2", "-1,1,4.4", "1,1,9.1", "0,1,7.7", "1,0,6.9"]
+    path.write_text("A,B,y\n" + "\n".join(runs) + "\n")
+    answer = run("bbd", path, "--figures", tmp_path / "figures", tmp_path=tmp_path)
+    captured = capsys.readouterr()
+    assert answer["saturated"] and set(answer["p"].values()) == {None}
+    assert "saturated" in captured.err and "Lenth, 5 coefficients" in captured.out
+    assert (tmp_path / "figures" / "half_normal.png").exists()
+
+
+def test_a_place_that_cannot_be_written_to(screening_csv, tmp_path, capsys):
+    assert main(["pb", str(screening_csv), "--figures", str(screening_csv)]) == 2
+    assert main(["pb", "--design", "A=0,1", "B=0,1", "--output", str(tmp_path / "no" / "design.csv")]) == 2
+    assert capsys.readouterr().err.count("cannot write") == 2

@@ -3,6 +3,8 @@
 import argparse
 from pathlib import Path
 
+from pellet_study.commands.pb import writing
+
 EXAMPLES = """\
 verdicts: reproduced (equal at the printed digits), reproduced to rounding, consistent, inconsistent, data
 missing, not recomputable.
@@ -44,7 +46,8 @@ def run(arguments: argparse.Namespace) -> dict:
     if arguments.results:
         from pellet_study.paper.results import write
 
-        paths = write(arguments.results, items)
+        with writing(arguments.results):
+            paths = write(arguments.results, items)
         answer["files"] = [str(path) for path in paths]
         print(f"{len(paths)} files written to {arguments.results}")
     return answer

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from pellet_study.commands.pb import add_table_arguments, check_arguments, warn, write_design
+from pellet_study.commands.pb import add_table_arguments, check_arguments, warn, write_design, writing
 from pellet_study.errors import InputError
 
 EXAMPLES = """\
@@ -167,7 +167,8 @@ def _validate(arguments, answer: dict) -> None:
             raise InputError(
                 "--declare-margin and --verify came together: a margin is declared before the runs are made"
             )
-        validation.declare_margin(path, arguments.declare_margin, arguments.unit)
+        with writing(path):
+            validation.declare_margin(path, arguments.declare_margin, arguments.unit)
         print(f"\nmargin {arguments.declare_margin:g} declared in {path}; make the runs, then --verify them")
         answer["margin"] = arguments.declare_margin
     if not arguments.verify:
@@ -199,4 +200,7 @@ def _figures(arguments, surface, found) -> list[str]:
         "response_surface": figures.surface_contours(surface, found, arguments.unit),
         "predicted_observed": figures.predicted_observed(surface, arguments.unit),
     }
-    return [str(path) for path in figures.save(drawn, arguments.figures)]
+    if surface.saturated:
+        drawn["half_normal"] = figures.half_normal(surface.scaled_effects, surface.lenth)
+    with writing(arguments.figures):
+        return [str(path) for path in figures.save(drawn, arguments.figures)]

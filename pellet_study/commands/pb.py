@@ -2,6 +2,7 @@
 
 import argparse
 import sys
+from contextlib import contextmanager
 from pathlib import Path
 
 from pellet_study.errors import InputError
@@ -120,13 +121,31 @@ def warn(messages: list[str]) -> None:
         print(f"pellet-study: warning: {message}", file=sys.stderr)
 
 
+@contextmanager
+def writing(path: Path):
+    """Turn a failure to write into an error that names the place.
+
+    Raises
+    ------
+    InputError
+        If the place cannot be written to.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise InputError(
+            f"cannot write {path}: {error.strerror}; give a place that can be written to"
+        ) from None
+
+
 def write_design(frame, path: Path | None) -> dict:
     """Print a design or write it as a table whose response is to be filled in."""
     frame = frame.assign(response="")
     if path is None:
         print(frame.to_csv(index=False), end="")
     else:
-        frame.to_csv(path, index=False)
+        with writing(path):
+            frame.to_csv(path, index=False)
         print(f"{len(frame)} runs written to {path}; run them in random order, fill in the last column")
     return {"runs": len(frame), "design": frame.drop(columns="response").to_dict(orient="records")}
 
@@ -182,8 +201,9 @@ def _figures(arguments, screening, climb) -> list[str]:
 
     drawn = {
         "pareto": figures.pareto(screening, arguments.unit),
-        "half_normal": figures.half_normal(screening, arguments.unit),
+        "half_normal": figures.half_normal(screening.effects, screening.lenth, arguments.unit),
     }
     if climb is not None:
         drawn["climb"] = figures.climb_path(climb, arguments.unit, target=arguments.target)
-    return [str(path) for path in figures.save(drawn, arguments.figures)]
+    with writing(arguments.figures):
+        return [str(path) for path in figures.save(drawn, arguments.figures)]

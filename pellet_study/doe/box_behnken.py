@@ -150,6 +150,11 @@ class Surface:
         return {name: 2 * value for name, value in self.coefficients.items() if name != INTERCEPT}
 
     @property
+    def scaled_effects(self) -> dict[str, float]:
+        """{term: coefficient over its standard error per unit sigma}: of equal variance."""
+        return _scaled(self.model)
+
+    @property
     def p(self) -> dict[str, float | None]:
         """{term: p value of its partial F test}."""
         return {row["source"]: row["p"] for row in self.anova if row["source"] in self.model.terms}
@@ -209,7 +214,7 @@ def fit_surface(table: DesignTable, terms: dict[str, tuple[int, ...]], alpha: fl
         normality=_normality(model),
         box_cox=box_cox(model, alpha) if variance else None,
         stationary=_stationary(model),
-        lenth=_lenth(model, alpha) if variance is None else None,
+        lenth=lenth(list(_scaled(model).values()), alpha) if variance is None else None,
     )
 
 
@@ -316,10 +321,10 @@ def _stationary(model: LinearFit) -> Stationary | None:
     return Stationary(point, float(model.predict(point)[0]), np.linalg.eigvalsh(second))
 
 
-def _lenth(model: LinearFit, alpha: float) -> Lenth | None:
-    """Lenth's margins for a saturated fit, on coefficients scaled to equal variance."""
+def _scaled(model: LinearFit) -> dict[str, float]:
+    """Coefficients of equal variance, the intercept left out."""
     scaled = np.asarray(model.results.params) / np.sqrt(np.diag(model.inverse))
-    return lenth(list(scaled[1:]), alpha)
+    return dict(zip(list(model.terms)[1:], map(float, scaled[1:]), strict=True))
 
 
 # --------------------------------------------------------------------------------------------- reduced models

@@ -12,7 +12,7 @@ import numpy as np
 from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.factors import with_unit
 from pellet_study.doe.optimum import TargetSet
-from pellet_study.doe.plackett_burman import Screening
+from pellet_study.doe.plackett_burman import Lenth, Screening
 from pellet_study.doe.steepest_climb import Climb
 
 DARK, LIGHT, ACCENT = "#1b3a5c", "#9db7d1", "#d1495b"
@@ -82,19 +82,19 @@ def _legend_of_signs(axes) -> None:
     axes.legend(handles=signs + handles, fontsize=8, loc="lower right")
 
 
-def half_normal(screening: Screening, unit: str = ""):
+def half_normal(effects: dict[str, float], lenth: Lenth | None = None, unit: str = ""):
     """Half-normal plot: noise lies on a line through the origin, what acts stands to its right."""
     from scipy.special import ndtri
 
     figure, axes = new_axes()
-    names = sorted(screening.effects, key=lambda name: abs(screening.effects[name]))
-    sizes = np.array([abs(screening.effects[name]) for name in names])
+    names = sorted(effects, key=lambda name: abs(effects[name]))
+    sizes = np.array([abs(effects[name]) for name in names])
     quantiles = ndtri(0.5 + 0.5 * (np.arange(1, len(sizes) + 1) - 0.5) / len(sizes))
     axes.plot(sizes, quantiles, "o", color=DARK, markersize=7)
     for name, size, quantile in zip(names, sizes, quantiles, strict=True):
         axes.annotate(name, (size, quantile), (7, -4), textcoords="offset points", fontsize=9)
-    if screening.lenth and screening.lenth.pseudo_standard_error:
-        spread = screening.lenth.pseudo_standard_error
+    if lenth and lenth.pseudo_standard_error:
+        spread = lenth.pseudo_standard_error
         top = quantiles[-1] * 1.1
         axes.plot(
             [0, spread * top],
@@ -103,9 +103,7 @@ def half_normal(screening: Screening, unit: str = ""):
             linewidth=1,
             label="noise of Lenth's pseudo standard error",
         )
-        axes.axvline(
-            screening.lenth.margin_of_error, color=ACCENT, linestyle="--", label="Lenth's margin of error"
-        )
+        axes.axvline(lenth.margin_of_error, color=ACCENT, linestyle="--", label="Lenth's margin of error")
         axes.legend(fontsize=8, loc="lower right")
     axes.set_xlabel(with_unit("size of the effect", unit))
     axes.set_ylabel("half-normal quantile")

@@ -175,6 +175,12 @@ def surface_text(surface: Surface) -> str:
         _checks_text(s),
         _runs_text(s),
     ]
+    if s.lenth:
+        beyond = [name for name, value in s.scaled_effects.items() if abs(value) > s.lenth.margin_of_error]
+        parts.append(
+            f"Lenth, {s.lenth.contrasts} coefficients scaled to equal variance: margin of error "
+            f"{number(s.lenth.margin_of_error)}; beyond it: {', '.join(beyond) or 'none'}"
+        )
     if s.stationary:
         place = ", ".join(
             f"{f.name} {number(float(f.physical(x)), 4)} (coded {x:.3f})"

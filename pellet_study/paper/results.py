@@ -111,7 +111,7 @@ def drawn() -> dict:
             5, "rolling friction coefficient a3", "rolling distance b3 / mm", 69.2
         ),
         "table08_pareto": figures.pareto(screening, UNIT),
-        "table08_half_normal": figures.half_normal(screening, UNIT),
+        "table08_half_normal": figures.half_normal(screening.effects, screening.lenth, UNIT),
         "table10_climb": figures.climb_path(climb()[0], UNIT, target=found.target),
         "table13_predicted_observed": figures.predicted_observed(surface, UNIT),
         "optimum_response_surface": figures.surface_contours(surface, found, UNIT),
