@@ -161,9 +161,10 @@ def _draw_target(axes, x, y, z, found: TargetSet | None) -> None:
         return
     if found.uncertainty:
         band = [found.target - found.uncertainty, found.target + found.uncertainty]
-        axes.contourf(x, y, z, levels=band, colors="none", hatches=["////"])
+        axes.contourf(x, y, z, levels=band, colors="none", hatches=["//"])
         axes.contour(x, y, z, levels=band, colors="white", linewidths=1.0, linestyles="--")
-    axes.contour(x, y, z, levels=[found.target], colors=ACCENT, linewidths=2.4)
+    axes.contour(x, y, z, levels=[found.target], colors="white", linewidths=5)
+    axes.contour(x, y, z, levels=[found.target], colors="black", linewidths=2.4)
 
 
 def _draw_runs(axes, surface: Surface, pair, rest, found: TargetSet | None) -> None:
@@ -195,11 +196,11 @@ def _surface_legend(figure, found: TargetSet | None, unit: str) -> None:
     ]
     if found is not None:
         handles.append(
-            Line2D([], [], color=ACCENT, linewidth=2.4, label=f"target {found.target:g} {unit}".strip())
+            Line2D([], [], color="black", linewidth=2.4, label=f"target {found.target:g} {unit}".strip())
         )
         if found.uncertainty:
             handles.append(
-                Patch(facecolor="0.85", hatch="////", label=f"within +-{found.uncertainty:g} {unit}".strip())
+                Patch(facecolor="0.85", hatch="//", label=f"within ±{found.uncertainty:g} {unit}".strip())
             )
         handles.append(
             Line2D(
