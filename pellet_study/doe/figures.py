@@ -234,16 +234,14 @@ def predicted_observed(surface: Surface, unit: str = ""):
     return figure
 
 
-def climb_path(climb: Climb, unit: str = "", observed=None, target: float | None = None):
-    """Predicted response along a path with its prediction interval, and the runs made on it where given."""
+def climb_path(climb: Climb, unit: str = "", target: float | None = None):
+    """Predicted response along a path with its prediction interval."""
     figure, axes = new_axes()
     steps = np.arange(1, len(climb.predicted) + 1)
     axes.plot(steps, climb.predicted, "o-", color=DARK, label="predicted")
     if climb.prediction_intervals[0] is not None:
         low, high = np.array(climb.prediction_intervals).T
         axes.fill_between(steps, low, high, color=LIGHT, alpha=0.5, label="prediction interval of a run")
-    if observed is not None:
-        axes.plot(steps[: len(observed)], observed, "s", color=ACCENT, markeredgecolor="black", label="run")
     if target is not None:
         axes.axhline(target, color="black", linestyle="--", label=f"target {target:g}")
     lines = [

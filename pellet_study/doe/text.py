@@ -127,8 +127,20 @@ def screening_text(screening: Screening) -> str:
     return "\n\n".join(parts)
 
 
+MANY_INTERACTIONS = 28
+"""Beyond this number (8 factors) the aliases are summed up; the JSON answer has them all."""
+
+
 def _alias_text(screening: Screening) -> str:
     """Each main effect with the two-factor interactions it carries."""
+    names = screening.table.names
+    if len(names) * (len(names) - 1) / 2 > MANY_INTERACTIONS:
+        shares = [abs(share) for found in screening.aliases.values() for share in found.values()]
+        most = max(len(found) for found in screening.aliases.values())
+        return (
+            f"aliases: each effect carries up to {most} two-factor interactions, shares up to "
+            f"{max(shares, default=0):.3g}"
+        )
     lines = ["aliases: each effect also carries these shares of two-factor interactions"]
     for name, shares in screening.aliases.items():
         groups: dict[str, list[str]] = {}
