@@ -233,3 +233,11 @@ def test_neither_table_nor_design(capsys):
     assert main(["pb", "--design", "A=0,1", "A=1,2"]) == 2
     assert main(["bbd", "--design", "A=0,1"]) == 2
     assert capsys.readouterr().err.count("expected") == 4
+
+
+@pytest.mark.parametrize("name", ["1", "residual", "A*B", "A^2"])
+def test_a_factor_named_like_a_term(tmp_path, capsys, name):
+    lines = screening_csv()
+    lines[0] = f"{name},B,C,D,E,F,G,angle"
+    status, error = answer(tmp_path, capsys, "pb", lines)
+    assert status == 2 and repr(name) in error and "rename" in error

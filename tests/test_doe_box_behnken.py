@@ -244,3 +244,11 @@ def test_face_centred_has_corners_faces_and_centre():
 def test_impossible_designs_are_refused(arguments):
     with pytest.raises(InputError, match="expected"):
         box_behnken.coded_matrix(*arguments)
+
+
+@pytest.mark.parametrize("names", [["A", "B", "AB"], ["x", "2", "x2"], ["A", "B", "time"]])
+def test_terms_keep_apart_whatever_the_factors_are_called(resin, names):
+    frame = viscosity()
+    frame.columns = [*names, "viscosity"]
+    coefficients = box_behnken.analyse(code_design(frame)).coefficients
+    assert list(coefficients.values()) == pytest.approx(list(resin.coefficients.values()))

@@ -11,6 +11,9 @@ from pellet_study.doe.factors import Factor
 from pellet_study.errors import InputError
 
 MISSING = {"", "na", "n/a", "nan", "-", "failed", "missing"}
+RESERVED = {"1", "model", "residual", "lack of fit", "pure error", "total", "curvature"}
+"""Names of the rows of an ANOVA and of the intercept: no factor may have them."""
+
 LEVEL_TOLERANCE = 0.1
 """How far, in coded units, a level may lie from its nominal place; it is analysed where it was run."""
 
@@ -179,6 +182,12 @@ def code_design(
     """A DesignTable from numbers: see `read_design`."""
     names, response = list(frame.columns[:-1]), frame.columns[-1]
     lines = list(lines) if lines is not None else list(range(1, len(frame) + 1))
+    for name in names:
+        if name in RESERVED or set(name) & set("*^"):
+            raise InputError(
+                f"a factor of {source} is named {name!r}, which stands for a term or row of the analysis: "
+                "rename the column; expected a name other than 1, model, residual, ... and without * and ^"
+            )
     given = {factor.name: factor for factor in factors}
     unknown = [name for name in given if name not in names]
     if unknown:

@@ -21,14 +21,9 @@ CURVATURE = "curvature"
 
 
 # ------------------------------------------------------------------------------------------------------ terms
-def product_name(first: str, second: str) -> str:
-    """Name of a two-factor interaction: `BC` for one-letter factors, else `first*second`."""
-    return first + second if len(first) == len(second) == 1 else f"{first}*{second}"
-
-
-def square_name(name: str) -> str:
-    """Name of a quadratic term: `B2` for a one-letter factor, else `name^2`."""
-    return f"{name}2" if len(name) == 1 else f"{name}^2"
+def _one_letter(names: list[str]) -> bool:
+    """Whether all factors have one letter, so that products can be written without a sign: BC, B2."""
+    return all(len(name) == 1 and name.isalpha() for name in names)
 
 
 def linear_terms(names: list[str]) -> dict[str, tuple[int, ...]]:
@@ -37,13 +32,15 @@ def linear_terms(names: list[str]) -> dict[str, tuple[int, ...]]:
 
 
 def interaction_terms(names: list[str]) -> dict[str, tuple[int, ...]]:
-    """{term: indices}: the two-factor interactions."""
-    return {product_name(names[i], names[j]): (i, j) for i, j in combinations(range(len(names)), 2)}
+    """{term: indices}: the two-factor interactions, `BC` for one-letter factors, else `first*second`."""
+    sign = "" if _one_letter(names) else "*"
+    return {f"{names[i]}{sign}{names[j]}": (i, j) for i, j in combinations(range(len(names)), 2)}
 
 
 def quadratic_terms(names: list[str]) -> dict[str, tuple[int, ...]]:
-    """{term: indices}: intercept, main effects, two-factor interactions, squares."""
-    squares = {square_name(name): (i, i) for i, name in enumerate(names)}
+    """{term: indices}: the above and the squares, named `B2` for one-letter factors, else `name^2`."""
+    sign = "" if _one_letter(names) else "^"
+    squares = {f"{name}{sign}2": (i, i) for i, name in enumerate(names)}
     return {**linear_terms(names), **interaction_terms(names), **squares}
 
 
