@@ -167,6 +167,12 @@ def test_lenth_of_the_half_fraction_as_published():
     assert lenth.simultaneous_margin_of_error == pytest.approx(54.0516, rel=5e-5)
 
 
+def test_lenth_leaves_out_what_exceeds_two_and_a_half_times_the_first_estimate():
+    """s0 = 1.5 x 2: 7.4 is below 2.5 s0 = 7.5 and kept, 7.6 is not."""
+    assert plackett_burman.lenth([1, -2, 7.4]).pseudo_standard_error == pytest.approx(1.5 * 2)
+    assert plackett_burman.lenth([1, -2, 7.6]).pseudo_standard_error == pytest.approx(1.5 * 1.5)
+
+
 def test_lenth_uses_the_unused_columns_of_the_design():
     """The sums of squares of the completing columns add up to the residual."""
     table_ = code_design(cast_fatigue())

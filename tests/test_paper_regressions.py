@@ -178,3 +178,5 @@ def test_what_the_paper_should_have_had(screening, surface):
     assert round(np.abs(surface.runs.studentized).max(), 4) == 2.7473
     assert round(surface.normality[1], 4) == 0.4754
     assert round(surface.box_cox.power, 2) == 1.78
+    # the audit's interval is the range of a grid of 0.01 that lies inside
+    assert (surface.box_cox.low, surface.box_cox.high) == pytest.approx((0.02, 3.89), abs=0.011)
