@@ -8,7 +8,7 @@ COMMANDS = {
     "doctor": "what is installed, which YADE, whether its contact laws pass their checks",
     "init": "make a study folder to start from",
     "bench": "calibrate the three seed bench tests: rebound, slope slip, inclined rolling",
-    "pb": "analyse a Plackett-Burman table",
-    "bbd": "analyse a Box-Behnken or central composite table",
+    "pb": "analyse a Plackett-Burman table, climb from it, or make one",
+    "bbd": "analyse a Box-Behnken or central composite table, meet a target, or make one",
     "audit": "recompute the printed numbers of the source paper",
 }

@@ -1,6 +1,7 @@
 """The source paper's printed tables, as data.
 
-"Determination and testing of pelletized coated particles" (powder of soybean meal and diatomaceous earth on alfalfa
+"Determination and testing of pelletized coated "
+"particles" (powder of soybean meal and diatomaceous earth on alfalfa
 seeds, EDEM); tables.json holds every printed cell as text and as number.
 """
 
@@ -21,3 +22,14 @@ def table(number: int) -> pd.DataFrame:
     """One printed table as numbers (columns named as printed; cells that are no plain number are missing)."""
     printed = tables()["tables"][str(number)]
     return pd.DataFrame(printed["values"], columns=printed["columns"])
+
+
+def printed_cells(number: int) -> dict[str, dict[str, str]]:
+    """{row label: {column: printed cell}} of a table whose first column names its rows."""
+    content = tables()["tables"][str(number)]
+    return {row[0]: dict(zip(content["columns"], row, strict=True)) for row in content["printed"]}
+
+
+def printed_text() -> dict:
+    """The numbers printed in the running text."""
+    return tables()["text"]

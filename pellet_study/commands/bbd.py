@@ -1,0 +1,206 @@
+"""`pellet-study bbd`: analyse a Box-Behnken or central composite table, or make one."""
+
+import argparse
+from pathlib import Path
+
+from pellet_study.commands.pb import add_table_arguments, check_arguments, warn, write_design, writing
+from pellet_study.errors import InputError
+
+EXAMPLES = """\
+TABLE.csv: factor columns in coded or physical units, the response in the last column; an empty response is a
+run that failed. A factor whose -1 is its higher level is given as --factor B=0.90,0.82.
+
+examples:
+  pellet-study bbd surface.csv --factor B=0.90,0.82 --target 41.69 --uncertainty 0.79 --figures figures
+  pellet-study bbd surface.csv --reduce 0.1 --predict B=0.887,C=0.319,G=0.162
+  pellet-study bbd surface.csv --declare-margin 0.8
+  pellet-study bbd surface.csv --target 41.69 --uncertainty 0.79 --target-n 5 --verify 41.1,41.5,40.9
+  pellet-study bbd --design B=0.90,0.82 C=0.25,0.33 G=0.10,0.18 --output design.csv
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.epilog = EXAMPLES
+    add_table_arguments(parser)
+    models = parser.add_argument_group("reduced models, beside the full one")
+    models.add_argument(
+        "--reduce",
+        metavar="P",
+        type=float,
+        nargs="?",
+        const=0.1,
+        help="leave out terms with p above P, hierarchy kept (0.1)",
+    )
+    models.add_argument("--drop", metavar="BC,B2", help="leave these terms out")
+    models.add_argument("--predict", metavar="A=X,B=Y", help="prediction at a setting in physical units")
+    target = parser.add_argument_group("target")
+    target.add_argument("--target", type=float, help="response wanted")
+    target.add_argument(
+        "--uncertainty", type=float, default=0.0, help="its uncertainty (sd of a reading with --target-n)"
+    )
+    target.add_argument(
+        "--rule",
+        choices=("centre", "insensitive"),
+        default="centre",
+        help="which point of the set to recommend (centre)",
+    )
+    validation = parser.add_argument_group("validation")
+    validation.add_argument(
+        "--declare-margin", metavar="M", type=float, help="write the equivalence margin down"
+    )
+    validation.add_argument(
+        "--margin-file", metavar="FILE", type=Path, help="where (default: margin.json beside the table)"
+    )
+    validation.add_argument("--verify", metavar="Y1,Y2,...", help="responses of the validation runs")
+    validation.add_argument(
+        "--target-n", metavar="N", type=int, help="readings behind the target (default: taken as known)"
+    )
+    making = parser.add_argument_group("a new design")
+    making.add_argument("--design", metavar="A=LOW,HIGH", nargs="+", help="make the design for these factors")
+    making.add_argument(
+        "--face-centred", action="store_true", help="face-centred central composite: has corners"
+    )
+    making.add_argument("--centre", metavar="N", type=int, default=5, help="centre points (5)")
+    making.add_argument(
+        "--output", metavar="CSV", type=Path, help="write the design there (default: print it)"
+    )
+
+
+def run(arguments: argparse.Namespace) -> dict:
+    """Analyse or design; prints the readable answer and returns the JSON one."""
+    check_arguments(arguments)
+    if arguments.design:
+        return _design(arguments)
+    from pellet_study.doe import answers, box_behnken, text
+    from pellet_study.doe.design_table import read_design
+    from pellet_study.doe.factors import parse_factor
+
+    table = read_design(
+        arguments.table, [parse_factor(word) for word in arguments.factor], 5, arguments.ignore
+    )
+    surface = box_behnken.analyse(table, arguments.alpha)
+    warnings = text.surface_warnings(surface)
+    print(text.surface_text(surface))
+    answer = answers.surface_answer(surface)
+    used = _reduced(arguments, surface, answer)
+    _predict(arguments, used, answer, warnings)
+    found = _target(arguments, used, answer, warnings)
+    _validate(arguments, answer)
+    answer["warnings"] = warnings
+    warn(warnings)
+    if arguments.figures:
+        answer["figures"] = _figures(arguments, used, found)
+    return answer
+
+
+def _design(arguments) -> dict:
+    from pellet_study.doe import box_behnken
+    from pellet_study.doe.factors import parse_factors
+
+    factors = parse_factors(arguments.design)
+    return write_design(
+        box_behnken.design(factors, arguments.centre, arguments.face_centred), arguments.output
+    )
+
+
+def _reduced(arguments, surface, answer: dict):
+    """The reduced model where one was asked for, else the full one: what predictions and the target use."""
+    if arguments.drop is None and arguments.reduce is None:
+        return surface
+    from pellet_study.doe import answers, box_behnken, text
+    from pellet_study.doe.linear_model import resolve_terms
+
+    dropped = resolve_terms(arguments.drop, surface.model.terms) if arguments.drop else []
+    reduced = box_behnken.without(surface, dropped) if dropped else surface
+    if arguments.reduce is not None:
+        reduced, more = box_behnken.reduce_backward(reduced, arguments.reduce)
+        dropped += more
+    print(f"\nReduced model, without {', '.join(dropped) or 'nothing'}\n\n{text.surface_text(reduced)}")
+    answer["reduced"] = {"dropped": dropped, **answers.surface_answer(reduced)}
+    return reduced
+
+
+def _predict(arguments, surface, answer: dict, warnings: list[str]) -> None:
+    if not arguments.predict:
+        return
+    from pellet_study.doe import answers, text
+    from pellet_study.doe.factors import parse_levels
+    from pellet_study.doe.linear_model import interval
+
+    levels = parse_levels(arguments.predict)
+    missing = set(surface.table.names) ^ set(levels)
+    if missing:
+        raise InputError(
+            f"--predict and the table disagree on {sorted(missing)[0]!r}: expected one level of every factor "
+            f"({', '.join(surface.table.names)})"
+        )
+    found = interval(
+        surface.model, [[float(f.coded(levels[f.name])) for f in surface.table.factors]], surface.alpha
+    )
+    print("\n" + text.prediction_text(levels, found))
+    if found.extrapolation:
+        warnings.append(text.EXTRAPOLATION)
+    answer["prediction"] = answers.interval_answer(found)
+
+
+def _target(arguments, surface, answer: dict, warnings: list[str]):
+    if arguments.target is None:
+        return None
+    from pellet_study.doe import answers, optimum, text
+
+    found = optimum.target_set(surface, arguments.target, arguments.uncertainty, arguments.rule)
+    print("\n" + text.target_text(found))
+    if found.prediction.extrapolation:
+        warnings.append(text.EXTRAPOLATION)
+    answer["optimum"] = answers.target_answer(found)
+    return found
+
+
+def _validate(arguments, answer: dict) -> None:
+    """Declare the margin, or test the validation runs against the one declared."""
+    path = arguments.margin_file or arguments.table.parent / "margin.json"
+    from pellet_study.doe import answers, text, validation
+
+    if arguments.declare_margin is not None:
+        if arguments.verify:
+            raise InputError(
+                "--declare-margin and --verify came together: a margin is declared before the runs are made"
+            )
+        with writing(path):
+            validation.declare_margin(path, arguments.declare_margin, arguments.unit)
+        print(f"\nmargin {arguments.declare_margin:g} declared in {path}; make the runs, then --verify them")
+        answer["margin"] = arguments.declare_margin
+    if not arguments.verify:
+        return
+    if arguments.target is None:
+        raise InputError("--verify needs the response to be met: give --target")
+    runs = validation.sample_of(_readings(arguments.verify))
+    target = validation.Sample(arguments.target)
+    if arguments.target_n is not None:
+        target = validation.Sample(arguments.target, arguments.uncertainty, arguments.target_n)
+    found = validation.equivalence(runs, target, validation.read_margin(path), arguments.alpha)
+    print("\n" + text.equivalence_text(found))
+    answer["validation"] = answers.equivalence_answer(found)
+
+
+def _readings(text: str) -> list[float]:
+    try:
+        return [float(word) for word in text.split(",")]
+    except ValueError:
+        raise InputError(
+            f"--verify {text}: expected numbers separated by commas, such as 41.1,41.5,40.9"
+        ) from None
+
+
+def _figures(arguments, surface, found) -> list[str]:
+    from pellet_study.doe import figures
+
+    drawn = {
+        "response_surface": figures.surface_contours(surface, found, arguments.unit),
+        "predicted_observed": figures.predicted_observed(surface, arguments.unit),
+    }
+    if surface.saturated:
+        drawn["half_normal"] = figures.half_normal(surface.scaled_effects, surface.lenth)
+    with writing(arguments.figures):
+        return [str(path) for path in figures.save(drawn, arguments.figures)]

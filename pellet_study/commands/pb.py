@@ -1,0 +1,209 @@
+"""`pellet-study pb`: analyse a Plackett-Burman table, climb from it, or make a design."""
+
+import argparse
+import sys
+from contextlib import contextmanager
+from pathlib import Path
+
+from pellet_study.errors import InputError
+
+EXAMPLES = """\
+TABLE.csv: factor columns in coded or physical units, the response in the last column; an empty response is a
+run that failed. Rows in any order, centre points and replicates welcome.
+
+examples:
+  pellet-study pb screening.csv --figures figures --json answer.json
+  pellet-study pb screening.csv --factor B=0.7,0.9 --climb gradient --climb-factors B,C,G
+  pellet-study pb screening.csv --climb equal --climb-start worst --climb-runs climb.csv --target 41.69
+  pellet-study pb --design A=0.05,0.25 B=0.7,0.9 C=0.25,0.45 --centre 3 --output design.csv
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.epilog = EXAMPLES
+    add_table_arguments(parser)
+    climb = parser.add_argument_group("steepest climb")
+    climb.add_argument(
+        "--climb", choices=("gradient", "equal"), help="path along the gradient, or by equal coded steps"
+    )
+    climb.add_argument(
+        "--climb-factors", metavar="A,B", help="factors to move (default: the significant ones)"
+    )
+    climb.add_argument("--climb-points", metavar="N", type=int, default=6, help="points of the path (6)")
+    climb.add_argument("--climb-start", choices=("centre", "worst"), default="centre", help="start (centre)")
+    climb.add_argument(
+        "--climb-step", metavar="A=STEP", help="physical step of one factor (default: up to the limit)"
+    )
+    climb.add_argument(
+        "--climb-limits",
+        metavar="A=LOW,HIGH",
+        action="append",
+        default=[],
+        help="limits beyond the design's range",
+    )
+    climb.add_argument("--descend", action="store_true", help="go down instead of up")
+    climb.add_argument(
+        "--climb-runs", metavar="CSV", type=Path, help="runs made on the path, response last: read back"
+    )
+    climb.add_argument(
+        "--lowest", action="store_true", help="the best run has the lowest response, as for errors"
+    )
+    climb.add_argument("--target", type=float, help="response wanted on the path (default: the highest)")
+    making = parser.add_argument_group("a new design")
+    making.add_argument("--design", metavar="A=LOW,HIGH", nargs="+", help="make the design for these factors")
+    making.add_argument("--runs", metavar="N", type=int, help="8, 12, 16, 20 or 24 (default: 12, 20 or 24)")
+    making.add_argument("--centre", metavar="N", type=int, default=0, help="centre points (0)")
+    making.add_argument(
+        "--output", metavar="CSV", type=Path, help="write the design there (default: print it)"
+    )
+
+
+def add_table_arguments(parser: argparse.ArgumentParser) -> None:
+    """The arguments that `pb` and `bbd` share."""
+    parser.add_argument("table", metavar="TABLE.csv", type=Path, nargs="?", help="the design that was run")
+    parser.add_argument(
+        "--factor", metavar="NAME=LOW,HIGH[,UNIT]", action="append", default=[],
+        help="physical values of -1 and +1 (LOW may be the larger); default: the column's least and greatest",
+    )  # fmt: skip
+    parser.add_argument(
+        "--ignore", metavar="NAME", action="append", default=[], help="a column that is no factor"
+    )
+    parser.add_argument("--alpha", type=float, default=0.05, help="significance level (0.05)")
+    parser.add_argument("--unit", default="", help="unit of the response, for the figures")
+    parser.add_argument("--figures", metavar="DIR", type=Path, help="write the figures there (PNG)")
+
+
+def run(arguments: argparse.Namespace) -> dict:
+    """Analyse, climb or design; prints the readable answer and returns the JSON one."""
+    check_arguments(arguments)
+    if arguments.design:
+        return _design(arguments)
+    from pellet_study.doe import answers, plackett_burman, text
+    from pellet_study.doe.design_table import read_design
+    from pellet_study.doe.factors import parse_factor
+
+    table = read_design(
+        arguments.table, [parse_factor(word) for word in arguments.factor], 3, arguments.ignore
+    )
+    screening = plackett_burman.analyse(table, arguments.alpha)
+    warnings = text.screening_warnings(screening)
+    print(text.screening_text(screening))
+    answer = {**answers.screening_answer(screening), "warnings": warnings}
+    climb = _climb(arguments, screening, answer)
+    if arguments.climb_runs:
+        _read_back(arguments, table, answer)
+    warn(warnings)
+    if arguments.figures:
+        answer["figures"] = _figures(arguments, screening, climb)
+    return answer
+
+
+def check_arguments(arguments: argparse.Namespace) -> None:
+    """Refuse what argparse cannot.
+
+    Raises
+    ------
+    InputError
+        If there is neither a table nor a design to make, or alpha is no level.
+    """
+    if (arguments.table is None) == (arguments.design is None):
+        raise InputError(
+            "expected a table to analyse (TABLE.csv) or a design to make (--design), one of the two"
+        )
+    if not 0 < arguments.alpha < 1:
+        raise InputError(f"--alpha {arguments.alpha:g}: expected a level between 0 and 1, such as 0.05")
+
+
+def warn(messages: list[str]) -> None:
+    """Warnings go to the error stream, below the answer."""
+    for message in messages:
+        print(f"pellet-study: warning: {message}", file=sys.stderr)
+
+
+@contextmanager
+def writing(path: Path):
+    """Turn a failure to write into an error that names the place.
+
+    Raises
+    ------
+    InputError
+        If the place cannot be written to.
+    """
+    try:
+        yield
+    except OSError as error:
+        raise InputError(
+            f"cannot write {path}: {error.strerror}; give a place that can be written to"
+        ) from None
+
+
+def write_design(frame, path: Path | None) -> dict:
+    """Print a design or write it as a table whose response is to be filled in."""
+    frame = frame.assign(response="")
+    if path is None:
+        print(frame.to_csv(index=False), end="")
+    else:
+        with writing(path):
+            frame.to_csv(path, index=False)
+        print(f"{len(frame)} runs written to {path}; run them in random order, fill in the last column")
+    return {"runs": len(frame), "design": frame.drop(columns="response").to_dict(orient="records")}
+
+
+def _design(arguments) -> dict:
+    from pellet_study.doe import plackett_burman
+    from pellet_study.doe.factors import parse_factors
+
+    factors = parse_factors(arguments.design)
+    return write_design(plackett_burman.design(factors, arguments.runs, arguments.centre), arguments.output)
+
+
+def _climb(arguments, screening, answer: dict):
+    """The path asked for, if any."""
+    if arguments.climb is None:
+        return None
+    from pellet_study.doe import answers, steepest_climb, text
+    from pellet_study.doe.factors import parse_levels, parse_range
+
+    names = arguments.climb_factors.split(",") if arguments.climb_factors else None
+    model, factors = steepest_climb.first_order_model(screening, names)
+    step = next(iter(parse_levels(arguments.climb_step).items())) if arguments.climb_step else None
+    climb = steepest_climb.path(
+        model,
+        factors,
+        points=arguments.climb_points,
+        equal_steps=arguments.climb == "equal",
+        start=arguments.climb_start,
+        step=step,
+        limits=dict(parse_range(word) for word in arguments.climb_limits),
+        ascend=not arguments.descend,
+        alpha=arguments.alpha,
+    )
+    print("\n" + text.climb_text(climb))
+    answer["climb"] = answers.climb_answer(climb)
+    return climb
+
+
+def _read_back(arguments, table, answer: dict) -> None:
+    from pellet_study.doe import answers, steepest_climb, text
+    from pellet_study.doe.design_table import read_numbers
+
+    runs, _, _ = read_numbers(arguments.climb_runs, [])
+    units = {factor.name: factor.unit for factor in table.factors}
+    ascend = not (arguments.descend or arguments.lowest)
+    turning = steepest_climb.turning(runs, arguments.target, ascend, units)
+    print("\n" + text.turning_text(turning))
+    answer["turning"] = answers.turning_answer(turning)
+
+
+def _figures(arguments, screening, climb) -> list[str]:
+    from pellet_study.doe import figures
+
+    drawn = {
+        "pareto": figures.pareto(screening, arguments.unit),
+        "half_normal": figures.half_normal(screening.effects, screening.lenth, arguments.unit),
+    }
+    if climb is not None:
+        drawn["climb"] = figures.climb_path(climb, arguments.unit, target=arguments.target)
+    with writing(arguments.figures):
+        return [str(path) for path in figures.save(drawn, arguments.figures)]

@@ -1,0 +1,7 @@
+"""Design and analysis of experiments: Plackett-Burman, steepest climb, Box-Behnken, target set, validation.
+
+Imports go one way, left may be imported by right:
+
+    factors < design_table < linear_model < plackett_burman < box_behnken
+    < steepest_climb, optimum, validation < answers < figures < text
+"""

@@ -1,0 +1,128 @@
+"""A factor and the one crossing between its physical and its coded levels."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pellet_study.errors import InputError
+
+
+@dataclass(frozen=True)
+class Factor:
+    """One factor of a design.
+
+    Parameters
+    ----------
+    name : str
+    low, high : float
+        The physical levels coded -1 and +1. `low` may be the larger number (the source paper's Table 11 codes
+        its factor B so: -1 is 0.90 and +1 is 0.82).
+    unit : str
+        Unit of the physical levels; empty for a pure number.
+
+    Raises
+    ------
+    InputError
+        If the two levels are equal or not finite.
+    """
+
+    name: str
+    low: float = -1.0
+    high: float = 1.0
+    unit: str = ""
+
+    def __post_init__(self):
+        if not (np.isfinite(self.low) and np.isfinite(self.high)) or self.low == self.high:
+            raise InputError(
+                f"factor {self.name!r} has the levels {self.low:g} and {self.high:g}: expected two different "
+                "finite numbers; give the physical values of -1 and +1"
+            )
+
+    @property
+    def centre(self) -> float:
+        return (self.low + self.high) / 2
+
+    @property
+    def half_range(self) -> float:
+        """Physical change of one coded unit; negative where -1 is the higher physical level."""
+        return (self.high - self.low) / 2
+
+    def coded(self, physical):
+        r"""Coded level :math:`x = (u - u_0)/\Delta`, `u_0` the centre, `\Delta` the half range."""
+        return (np.asarray(physical, dtype=float) - self.centre) / self.half_range
+
+    def physical(self, coded):
+        r"""Physical level :math:`u = u_0 + x \Delta` of a coded one."""
+        return self.centre + np.asarray(coded, dtype=float) * self.half_range
+
+    @property
+    def label(self) -> str:
+        """Name with unit, as written on an axis."""
+        return with_unit(self.name, self.unit)
+
+
+def with_unit(name: str, unit: str) -> str:
+    """A quantity and its unit as written on an axis: `angle / deg`, `G / (J/m2)`."""
+    if not unit:
+        return name
+    return f"{name} / ({unit})" if "/" in unit else f"{name} / {unit}"
+
+
+def parse_factor(text: str) -> Factor:
+    """A factor from `NAME=LOW,HIGH` or `NAME=LOW,HIGH,UNIT`, LOW being the physical value of -1."""
+    name, _, levels = text.partition("=")
+    low, high, unit = (levels.split(",") + ["", ""])[:3]
+    try:
+        if not name.strip():
+            raise ValueError
+        return Factor(name.strip(), float(low), float(high), unit.strip())
+    except ValueError:
+        raise InputError(
+            f"the factor {text!r} was not understood: expected NAME=LOW,HIGH or NAME=LOW,HIGH,UNIT with LOW "
+            "the physical value of -1, for example B=0.90,0.82"
+        ) from None
+
+
+def parse_factors(words: list[str]) -> list[Factor]:
+    """Several factors; see `parse_factor`.
+
+    Raises
+    ------
+    InputError
+        If two have the same name.
+    """
+    factors = [parse_factor(word) for word in words]
+    names = [factor.name for factor in factors]
+    repeated = [name for name in names if names.count(name) > 1]
+    if repeated:
+        raise InputError(
+            f"the factor {repeated[0]!r} was given {names.count(repeated[0])} times: expected each once"
+        )
+    return factors
+
+
+def parse_levels(text: str) -> dict[str, float]:
+    """{name: level} from `A=1.5,B=2`."""
+    try:
+        pairs = [word.split("=") for word in text.split(",")]
+        return {name.strip(): float(level) for name, level in pairs}
+    except ValueError:
+        raise InputError(
+            f"{text!r} was not understood: expected NAME=LEVEL,NAME=LEVEL, such as B=0.887,C=0.319"
+        ) from None
+
+
+def parse_range(text: str) -> tuple[str, tuple[float, float]]:
+    """(name, (low, high)) from `A=1,2`."""
+    factor = parse_factor(text)
+    return factor.name, (factor.low, factor.high)
+
+
+def physical_design(coded, factors: list[Factor]):
+    """The design in physical units: a table (n_runs, n_factors) with one column per factor."""
+    import pandas as pd
+
+    coded = np.asarray(coded, dtype=float)
+    return pd.DataFrame(
+        {factor.name: factor.physical(coded[:, i]) for i, factor in enumerate(factors)}
+    ).round(12)

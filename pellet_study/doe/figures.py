@@ -1,0 +1,267 @@
+"""Figures of the designs: Pareto and half-normal plots, response surfaces, fitted against observed, a climb.
+
+Matplotlib is imported when a figure is asked for. Colours are told apart in grey and by colour-blind readers:
+what matters is also said by marker, hatch or line style.
+"""
+
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+
+from pellet_study.doe.box_behnken import Surface
+from pellet_study.doe.factors import with_unit
+from pellet_study.doe.optimum import TargetSet
+from pellet_study.doe.plackett_burman import Lenth, Screening
+from pellet_study.doe.steepest_climb import Climb
+
+DARK, LIGHT, ACCENT = "#1b3a5c", "#9db7d1", "#d1495b"
+SIZE = (6.4, 4.2)
+
+
+def new_axes(figsize=SIZE, **kwargs):
+    """A figure and its axes on the file backend (no window)."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=figsize, layout="constrained", dpi=150)
+    FigureCanvasAgg(figure)
+    return figure, figure.subplots(**kwargs)
+
+
+def pareto(screening: Screening, unit: str = ""):
+    """Sizes of the effects with their 5 % margins: of the t test, and Lenth's."""
+    figure, axes = new_axes()
+    names = sorted(screening.effects, key=lambda name: abs(screening.effects[name]))
+    sizes = [abs(screening.effects[name]) for name in names]
+    positive = [screening.effects[name] > 0 for name in names]
+    bars = axes.barh(
+        names, sizes, color=[DARK if is_up else LIGHT for is_up in positive], edgecolor="black", linewidth=0.8
+    )
+    for bar, is_up in zip(bars, positive, strict=True):
+        bar.set_hatch("" if is_up else "///")
+        axes.annotate(
+            f"{bar.get_width():.3g}",
+            (bar.get_width(), bar.get_y() + bar.get_height() / 2),
+            (3, 0),
+            textcoords="offset points",
+            va="center",
+            fontsize=8,
+        )
+    _margins(axes, screening)
+    _legend_of_signs(axes)
+    axes.set_xlabel(with_unit("size of the effect (change from -1 to +1)", unit))
+    axes.set_ylabel("factor")
+    axes.margins(x=0.12)
+    return figure
+
+
+def _margins(axes, screening: Screening) -> None:
+    if not screening.saturated:
+        from scipy.special import stdtrit
+
+        error = 2 * max(
+            value for name, value in screening.model.standard_errors.items() if name in screening.effects
+        )
+        limit = float(stdtrit(screening.model.df_residual, 1 - screening.alpha / 2) * error)
+        axes.axvline(limit, color=ACCENT, linestyle="--", label=f"t test, level {screening.alpha:g}")
+    if screening.lenth:
+        axes.axvline(
+            screening.lenth.margin_of_error, color="black", linestyle=":", label="Lenth's margin of error"
+        )
+
+
+def _legend_of_signs(axes) -> None:
+    from matplotlib.patches import Patch
+
+    handles, _ = axes.get_legend_handles_labels()
+    signs = [
+        Patch(facecolor=DARK, edgecolor="black", label="raises the response"),
+        Patch(facecolor=LIGHT, edgecolor="black", hatch="///", label="lowers the response"),
+    ]
+    axes.legend(handles=signs + handles, fontsize=8, loc="lower right")
+
+
+def half_normal(effects: dict[str, float], lenth: Lenth | None = None, unit: str = ""):
+    """Half-normal plot: noise lies on a line through the origin, what acts stands to its right."""
+    from scipy.special import ndtri
+
+    figure, axes = new_axes()
+    names = sorted(effects, key=lambda name: abs(effects[name]))
+    sizes = np.array([abs(effects[name]) for name in names])
+    quantiles = ndtri(0.5 + 0.5 * (np.arange(1, len(sizes) + 1) - 0.5) / len(sizes))
+    axes.plot(sizes, quantiles, "o", color=DARK, markersize=7)
+    for name, size, quantile in zip(names, sizes, quantiles, strict=True):
+        axes.annotate(name, (size, quantile), (7, -4), textcoords="offset points", fontsize=9)
+    if lenth and lenth.pseudo_standard_error:
+        spread = lenth.pseudo_standard_error
+        top = quantiles[-1] * 1.1
+        axes.plot(
+            [0, spread * top],
+            [0, top],
+            color="black",
+            linewidth=1,
+            label="noise of Lenth's pseudo standard error",
+        )
+        axes.axvline(lenth.margin_of_error, color=ACCENT, linestyle="--", label="Lenth's margin of error")
+        axes.legend(fontsize=8, loc="lower right")
+    axes.set_xlabel(with_unit("size of the effect", unit))
+    axes.set_ylabel("half-normal quantile")
+    axes.set_xlim(left=0)
+    axes.set_ylim(bottom=0)
+    axes.margins(x=0.1)
+    return figure
+
+
+def surface_contours(surface: Surface, found: TargetSet | None = None, unit: str = ""):
+    """The response over every pair of factors, the others at the recommended point (else at the centre).
+
+    With a target its contour is drawn, and the band of its uncertainty hatched.
+    """
+    from matplotlib.ticker import MaxNLocator
+
+    factors, pairs = surface.table.factors, list(combinations(range(len(surface.table.factors)), 2))
+    rest = found.coded if found is not None else np.zeros(len(factors))
+    columns = min(3, len(pairs))
+    rows = -(-len(pairs) // columns)
+    figure, grid = new_axes((4.3 * columns + 0.8, 4.1 * rows), nrows=rows, ncols=columns, squeeze=False)
+    planes = [_plane(surface, pair, rest) for pair in pairs]
+    levels = MaxNLocator(12).tick_values(min(z.min() for *_, z in planes), max(z.max() for *_, z in planes))
+    for axes, pair, (x, y, z) in zip(grid.flat, pairs, planes, strict=False):
+        colours = axes.contourf(x, y, z, levels=levels, cmap="cividis")
+        axes.contour(x, y, z, levels=levels, colors="white", linewidths=0.4, alpha=0.6)
+        _draw_target(axes, x, y, z, found)
+        _draw_runs(axes, surface, pair, rest, found)
+        axes.set_xlabel(factors[pair[0]].label)
+        axes.set_ylabel(factors[pair[1]].label)
+        others = [
+            f"{f.name} = {float(f.physical(rest[i])):.4g}" for i, f in enumerate(factors) if i not in pair
+        ]
+        axes.set_title(", ".join(others), fontsize=9)
+        axes.xaxis.set_major_locator(MaxNLocator(5))
+    for axes in grid.flat[len(pairs) :]:
+        axes.set_visible(False)
+    figure.colorbar(colours, ax=grid, label=with_unit(str(surface.table.response.name), unit))
+    _surface_legend(figure, found, unit)
+    return figure
+
+
+def _plane(surface: Surface, pair, rest):
+    """Physical grid of two factors and the predicted response on it."""
+    line = np.linspace(-1, 1, 81)
+    x, y = np.meshgrid(line, line)
+    points = np.tile(rest, (x.size, 1)).astype(float)
+    points[:, pair[0]], points[:, pair[1]] = x.ravel(), y.ravel()
+    first, second = (surface.table.factors[i] for i in pair)
+    return first.physical(x), second.physical(y), surface.model.predict(points).reshape(x.shape)
+
+
+def _draw_target(axes, x, y, z, found: TargetSet | None) -> None:
+    if found is None or not z.min() <= found.target <= z.max():
+        return
+    if found.uncertainty:
+        band = [found.target - found.uncertainty, found.target + found.uncertainty]
+        axes.contourf(x, y, z, levels=band, colors="none", hatches=["//"])
+        axes.contour(x, y, z, levels=band, colors="white", linewidths=1.0, linestyles="--")
+    axes.contour(x, y, z, levels=[found.target], colors="white", linewidths=5)
+    axes.contour(x, y, z, levels=[found.target], colors="black", linewidths=2.4)
+
+
+def _draw_runs(axes, surface: Surface, pair, rest, found: TargetSet | None) -> None:
+    factors = [surface.table.factors[i] for i in pair]
+    coded = surface.table.coded.to_numpy()[:, list(pair)]
+    axes.plot(
+        factors[0].physical(coded[:, 0]),
+        factors[1].physical(coded[:, 1]),
+        "o",
+        color="white",
+        markeredgecolor="black",
+        markersize=5,
+        clip_on=False,
+        zorder=5,
+    )
+    if found is not None:
+        point = [float(factor.physical(rest[i])) for i, factor in zip(pair, factors, strict=True)]
+        axes.plot(*point, "*", color="white", markeredgecolor="black", markersize=15, zorder=6)
+
+
+def _surface_legend(figure, found: TargetSet | None, unit: str) -> None:
+    from matplotlib.lines import Line2D
+    from matplotlib.patches import Patch
+
+    handles = [
+        Line2D(
+            [], [], marker="o", color="white", markeredgecolor="black", linestyle="", label="runs (projected)"
+        )
+    ]
+    if found is not None:
+        handles.append(
+            Line2D([], [], color="black", linewidth=2.4, label=f"target {found.target:g} {unit}".strip())
+        )
+        if found.uncertainty:
+            handles.append(
+                Patch(facecolor="0.85", hatch="//", label=f"within ±{found.uncertainty:g} {unit}".strip())
+            )
+        handles.append(
+            Line2D(
+                [],
+                [],
+                marker="*",
+                color="white",
+                markeredgecolor="black",
+                markersize=13,
+                linestyle="",
+                label="recommended",
+            )
+        )
+    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), fontsize=9)
+
+
+def predicted_observed(surface: Surface, unit: str = ""):
+    """Fitted against observed response, replicated centre points marked."""
+    figure, axes = new_axes((4.8, 4.4))
+    observed, fitted = surface.model.response, surface.runs.fitted
+    centre = (np.abs(surface.table.coded.to_numpy()) < 0.05).all(axis=1)
+    ends = [min(observed.min(), fitted.min()), max(observed.max(), fitted.max())]
+    axes.plot(ends, ends, color="black", linewidth=1, label="equal")
+    axes.plot(observed[~centre], fitted[~centre], "o", color=DARK, label="runs")
+    axes.plot(
+        observed[centre], fitted[centre], "s", color=LIGHT, markeredgecolor="black", label="centre runs"
+    )
+    axes.set_xlabel(with_unit(f"observed {surface.table.response.name}", unit))
+    axes.set_ylabel(with_unit(f"fitted {surface.table.response.name}", unit))
+    axes.legend(fontsize=8)
+    return figure
+
+
+def climb_path(climb: Climb, unit: str = "", target: float | None = None):
+    """Predicted response along a path with its prediction interval."""
+    figure, axes = new_axes()
+    steps = np.arange(1, len(climb.predicted) + 1)
+    axes.plot(steps, climb.predicted, "o-", color=DARK, label="predicted")
+    if climb.prediction_intervals[0] is not None:
+        low, high = np.array(climb.prediction_intervals).T
+        axes.fill_between(steps, low, high, color=LIGHT, alpha=0.5, label="prediction interval of a run")
+    if target is not None:
+        axes.axhline(target, color="black", linestyle="--", label=f"target {target:g}")
+    lines = [
+        "\n".join(f"{name} {value:.4g}" for name, value in row.items())
+        for row in climb.points.to_dict(orient="records")
+    ]
+    axes.set_xticks(steps, lines, fontsize=7)
+    axes.set_xlabel(
+        "point of the path, physical levels (" + ", ".join(factor.label for factor in climb.factors) + ")"
+    )
+    axes.set_ylabel(with_unit("response", unit))
+    axes.legend(fontsize=8)
+    return figure
+
+
+def save(figures: dict, folder: Path) -> list[Path]:
+    """Write {name: figure} as PNG files without a date in them; returns the paths."""
+    folder.mkdir(parents=True, exist_ok=True)
+    paths = []
+    for name, figure in figures.items():
+        paths.append(folder / f"{name}.png")
+        figure.savefig(paths[-1], metadata={"Software": None})
+    return paths

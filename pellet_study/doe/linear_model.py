@@ -1,0 +1,317 @@
+"""Least squares on coded factors: the table of terms, its fit by statsmodels, and what is read off the fit.
+
+References
+----------
+Myers, Montgomery, Anderson-Cook, Response Surface Methodology, 4th ed., Wiley 2016: PRESS (ch. 2), lack of
+fit (ch. 2), adequate precision (Design-Expert's definition, ch. 5).
+"""
+
+import re
+from dataclasses import dataclass
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+import pandas as pd
+
+from pellet_study.errors import InputError
+
+INTERCEPT = "1"
+CURVATURE = "curvature"
+
+
+# ------------------------------------------------------------------------------------------------------ terms
+def _one_letter(names: list[str]) -> bool:
+    """Whether all factors have one letter, so that products can be written without a sign: BC, B2."""
+    return all(len(name) == 1 and name.isalpha() for name in names)
+
+
+def linear_terms(names: list[str]) -> dict[str, tuple[int, ...]]:
+    """{term: indices of the factors multiplied}: the intercept and the main effects."""
+    return {INTERCEPT: (), **{name: (i,) for i, name in enumerate(names)}}
+
+
+def interaction_terms(names: list[str]) -> dict[str, tuple[int, ...]]:
+    """{term: indices}: the two-factor interactions, `BC` for one-letter factors, else `first*second`."""
+    sign = "" if _one_letter(names) else "*"
+    return {f"{names[i]}{sign}{names[j]}": (i, j) for i, j in combinations(range(len(names)), 2)}
+
+
+def quadratic_terms(names: list[str]) -> dict[str, tuple[int, ...]]:
+    """{term: indices}: the above and the squares, named `B2` for one-letter factors, else `name^2`."""
+    sign = "" if _one_letter(names) else "^"
+    squares = {f"{name}{sign}2": (i, i) for i, name in enumerate(names)}
+    return {**linear_terms(names), **interaction_terms(names), **squares}
+
+
+def columns_of(coded, terms: dict[str, tuple[int, ...]]) -> np.ndarray:
+    """The model matrix (n_points, n_terms) of coded points (n_points, n_factors)."""
+    coded = np.atleast_2d(np.asarray(coded, dtype=float))
+    return np.column_stack([coded[:, list(indices)].prod(axis=1) for indices in terms.values()])
+
+
+# -------------------------------------------------------------------------------------------------------- fit
+@dataclass(frozen=True)
+class LinearFit:
+    """A fitted linear model in coded units.
+
+    Attributes
+    ----------
+    names : list of str
+        Factor names.
+    terms : dict
+        {term: indices of the factors multiplied}.
+    coded : ndarray (n_runs, n_factors)
+    response : ndarray (n_runs,)
+    extra : dict
+        {name: column (n_runs,)} of further columns fitted that are no part of the model (curvature).
+    """
+
+    names: list[str]
+    terms: dict[str, tuple[int, ...]]
+    coded: np.ndarray
+    response: np.ndarray
+    extra: dict[str, np.ndarray]
+
+    @cached_property
+    def matrix(self) -> np.ndarray:
+        columns = columns_of(self.coded, self.terms)
+        return np.column_stack([columns, *self.extra.values()]) if self.extra else columns
+
+    @cached_property
+    def results(self):
+        """The statsmodels OLS results."""
+        from statsmodels.regression.linear_model import OLS
+
+        return OLS(self.response, self.matrix).fit()
+
+    @property
+    def columns(self) -> list[str]:
+        """Names of the fitted columns: the terms, then the extra ones."""
+        return [*self.terms, *self.extra]
+
+    @cached_property
+    def inverse(self) -> np.ndarray:
+        """(X'X)^-1 over all columns."""
+        return np.linalg.inv(self.matrix.T @ self.matrix)
+
+    @cached_property
+    def df_residual(self) -> int:
+        return len(self.response) - self.matrix.shape[1]
+
+    @cached_property
+    def ss_residual(self) -> float:
+        return float(np.sum(self.residuals**2)) if self.df_residual else 0.0
+
+    @property
+    def mean_square_error(self) -> float | None:
+        """Residual variance; None where the model takes up every degree of freedom."""
+        return self.ss_residual / self.df_residual if self.df_residual else None
+
+    @cached_property
+    def fitted(self) -> np.ndarray:
+        return np.asarray(self.results.fittedvalues)
+
+    @cached_property
+    def residuals(self) -> np.ndarray:
+        return self.response - self.fitted
+
+    @property
+    def coefficients(self) -> dict[str, float]:
+        """{term: coefficient} in coded units."""
+        return dict(zip(self.terms, map(float, self.results.params), strict=False))
+
+    @property
+    def standard_errors(self) -> dict[str, float | None]:
+        variance = self.mean_square_error
+        if variance is None:
+            return dict.fromkeys(self.terms)
+        return dict(zip(self.terms, np.sqrt(variance * np.diag(self.inverse)).tolist(), strict=False))
+
+    def predict(self, coded) -> np.ndarray:
+        """Predicted response at coded points (n_points, n_factors)."""
+        return columns_of(coded, self.terms) @ np.asarray(self.results.params)[: len(self.terms)]
+
+    def leverage(self, coded) -> np.ndarray:
+        """x'(X'X)^-1 x at coded points: variance of the predicted mean over the residual variance."""
+        points, size = columns_of(coded, self.terms), len(self.terms)
+        return np.einsum("ij,jk,ik->i", points, self.inverse[:size, :size], points)
+
+    def gradient(self, coded) -> np.ndarray:
+        """Slopes of the predicted response (n_points, n_factors), per coded unit."""
+        coded = np.atleast_2d(np.asarray(coded, dtype=float))
+        slopes = np.zeros_like(coded)
+        for indices, value in zip(self.terms.values(), self.coefficients.values(), strict=True):
+            for place, i in enumerate(indices):
+                others = [j for k, j in enumerate(indices) if k != place]
+                slopes[:, i] += value * coded[:, others].prod(axis=1)
+        return slopes
+
+
+@dataclass(frozen=True)
+class Interval:
+    """A predicted response, its confidence interval (mean) and prediction interval (one run)."""
+
+    predicted: float
+    standard_error: float | None
+    confidence: tuple[float, float] | None
+    prediction: tuple[float, float] | None
+    extrapolation: bool
+
+
+def fit(names, terms, coded, response, extra=None) -> LinearFit:
+    """Fit a linear model by least squares.
+
+    Parameters
+    ----------
+    names : list of str
+    terms : dict
+        See `linear_terms`, `quadratic_terms`.
+    coded : array (n_runs, n_factors)
+    response : array (n_runs,)
+    extra : dict, optional
+        {name: column} fitted beside the model's terms.
+
+    Raises
+    ------
+    InputError
+        If there are fewer runs than terms, or the runs do not separate the terms.
+    """
+    model = LinearFit(
+        list(names), dict(terms), np.asarray(coded, float), np.asarray(response, float), extra or {}
+    )
+    runs, size = model.matrix.shape
+    if runs < size:
+        raise InputError(
+            f"the table has {runs} runs with a response and the model has {size} terms "
+            f"({', '.join(model.columns)}): expected at least {size} runs; run what is missing, or leave "
+            "factors out with --ignore"
+        )
+    if np.linalg.matrix_rank(model.matrix) < size:
+        raise InputError(
+            f"the {runs} runs do not separate the terms {_confounded(model)}: expected a design in which "
+            "each varies by itself; check these columns for copies of one another, or run the points that "
+            "are missing"
+        )
+    return model
+
+
+def _confounded(model: LinearFit) -> str:
+    """The columns that take part in an exact linear dependence."""
+    _, singular, vectors = np.linalg.svd(model.matrix)
+    null = vectors[np.sum(singular > 1e-9 * singular[0]) :]
+    involved = np.abs(null).max(axis=0) > 1e-6
+    return ", ".join(repr(name) for name, is_in in zip(model.columns, involved, strict=True) if is_in)
+
+
+# --------------------------------------------------------------------------------------------- read off a fit
+def type_three(model: LinearFit) -> dict[str, float]:
+    r"""{column: partial (type III) sum of squares} :math:`b_j^2 / [(X'X)^{-1}]_{jj}`, intercept left out."""
+    sums = np.asarray(model.results.params) ** 2 / np.diag(model.inverse)
+    return {name: float(value) for name, value in zip(model.columns, sums, strict=True) if name != INTERCEPT}
+
+
+def f_test(
+    sum_of_squares: float, df: int, variance: float | None, df_error: int
+) -> tuple[float | None, float | None]:
+    """F and p of a sum of squares against an error variance; (None, None) where there is none."""
+    if not variance or df_error <= 0 or df <= 0:
+        return None, None
+    from scipy.special import fdtrc
+
+    ratio = sum_of_squares / df / variance
+    return float(ratio), float(fdtrc(df, df_error, ratio))
+
+
+def anova_row(source, sum_of_squares, df, variance=None, df_error=0) -> dict:
+    """One line of an ANOVA table; F and p are None where undefined."""
+    ratio, p = f_test(sum_of_squares, df, variance, df_error)
+    return {
+        "source": source,
+        "sum_of_squares": float(sum_of_squares),
+        "df": int(df),
+        "mean_square": float(sum_of_squares / df) if df else None,
+        "f": ratio,
+        "p": p,
+    }
+
+
+def pure_error(coded, response) -> tuple[float, int]:
+    """Sum of squares and degrees of freedom within replicated runs."""
+    groups = pd.Series(np.asarray(response)).groupby([pd.Series(c).round(6) for c in np.asarray(coded).T])
+    return float(((groups.count() - 1) * groups.var(ddof=1).fillna(0)).sum()), int((groups.count() - 1).sum())
+
+
+def press(model: LinearFit) -> float | None:
+    r"""PRESS :math:`\sum (e_i/(1-h_i))^2` over the runs; None where a run of the model itself has leverage 1.
+
+    A single centre point is fitted exactly by its own curvature column and is left out of the sum.
+    """
+    leverage = np.einsum("ij,jk,ik->i", model.matrix, model.inverse, model.matrix)
+    exact = leverage > 1 - 1e-9
+    absorbed = np.zeros(len(leverage), bool)
+    for column in model.extra.values():
+        if column.sum() == 1:
+            absorbed |= column.astype(bool)
+    if (exact & ~absorbed).any():
+        return None
+    return float(np.sum((model.residuals[~absorbed] / (1 - leverage[~absorbed])) ** 2))
+
+
+def variance_inflation(model: LinearFit) -> dict[str, float]:
+    """{column: VIF}, 1 where a column is orthogonal to all others (intercept included by centring)."""
+    centred = model.matrix - model.matrix.mean(axis=0)
+    vif = np.diag(model.inverse) * np.sum(centred**2, axis=0)
+    return {name: float(value) for name, value in zip(model.columns, vif, strict=True) if name != INTERCEPT}
+
+
+def interval(model: LinearFit, coded, alpha: float = 0.05) -> Interval:
+    """Predicted response at one coded point with its two intervals at level 1 - alpha.
+
+    `extrapolation` is true where the leverage of the point exceeds that of every run fitted (as at the
+    corners of a Box-Behnken box).
+    """
+    from scipy.special import stdtrit
+
+    predicted, leverage = float(model.predict(coded)[0]), float(model.leverage(coded)[0])
+    extrapolation = leverage > float(model.leverage(model.coded).max()) + 1e-9
+    if model.mean_square_error is None:
+        return Interval(predicted, None, None, None, extrapolation)
+    t = stdtrit(model.df_residual, 1 - alpha / 2)
+    mean, single = (np.sqrt(model.mean_square_error * (leverage + extra)) for extra in (0, 1))
+    bounds = [(float(predicted - t * width), float(predicted + t * width)) for width in (mean, single)]
+    return Interval(predicted, float(mean), *bounds, extrapolation)
+
+
+# --------------------------------------------------------------------------------------------- physical units
+def physical_coefficients(model: LinearFit, factors) -> dict[str, float]:
+    """{term: coefficient} of the same equation in physical units (any polynomial up to second order)."""
+    slopes = np.array([1 / factor.half_range for factor in factors])
+    shifts = np.array([-factor.centre / factor.half_range for factor in factors])
+    by_indices = {tuple(sorted(indices)): 0.0 for indices in model.terms.values()}
+    for indices, value in zip(model.terms.values(), model.coefficients.values(), strict=True):
+        for chosen in range(2 ** len(indices)):
+            kept = [i for place, i in enumerate(indices) if chosen >> place & 1]
+            dropped = [i for place, i in enumerate(indices) if not chosen >> place & 1]
+            key = tuple(sorted(kept))
+            by_indices[key] = by_indices.get(key, 0.0) + value * slopes[kept].prod() * shifts[dropped].prod()
+    named = {tuple(sorted(indices)): name for name, indices in quadratic_terms(model.names).items()}
+    return {named[key]: float(value) for key, value in by_indices.items()}
+
+
+def resolve_terms(text: str, terms: dict) -> list[str]:
+    """Term names from a comma-separated list (`BC,B2`, also `B*C`, `B^2`).
+
+    Raises
+    ------
+    InputError
+        If one is no term of the model.
+    """
+    chosen = []
+    for word in filter(None, (part.strip() for part in text.split(","))):
+        short = re.sub(r"[*:^]", "", word)
+        found = next((name for name in terms if name == word or re.sub(r"[*:^]", "", name) == short), None)
+        if found is None or found == INTERCEPT:
+            raise InputError(f"{word!r} is no term of the model: its terms are {', '.join(list(terms)[1:])}")
+        chosen.append(found)
+    return chosen

@@ -1,0 +1,401 @@
+"""Plackett-Burman screening: the design, and the analysis of the table that was run.
+
+References
+----------
+Plackett, Burman, The design of optimum multifactorial experiments, Biometrika 33 (1946) 305,
+doi:10.1093/biomet/33.4.305. Lenth, Quick and easy analysis of unreplicated factorials, Technometrics 31
+(1989) 469, doi:10.1080/00401706.1989.10488595. Holm, A simple sequentially rejective multiple test procedure,
+Scand. J. Statist. 6 (1979) 65.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from pellet_study.doe.design_table import DesignTable
+from pellet_study.doe.factors import Factor, physical_design
+from pellet_study.doe.linear_model import (
+    CURVATURE,
+    LinearFit,
+    anova_row,
+    columns_of,
+    fit,
+    interaction_terms,
+    linear_terms,
+    press,
+    pure_error,
+    type_three,
+    variance_inflation,
+)
+from pellet_study.errors import InputError
+
+MAX_FACTORS = 23
+GENERATORS = {
+    8: "+++-+--",
+    12: "++-+++---+-",
+    16: "++++-+-++--+---",
+    20: "++--++++-+-+----++-",
+    24: "+++++-+-++--++--+-+----",
+}
+"""First rows of the cyclic designs printed by Plackett and Burman (1946)."""
+
+COMPLETION_RUNS = 16
+"""Largest design whose unused columns are looked for (2^(runs - 1) sign vectors are tried)."""
+
+
+# ----------------------------------------------------------------------------------------------------- design
+def default_runs(n_factors: int) -> int:
+    """12, 20 or 24: in these sizes no main effect is wholly aliased with a two-factor interaction.
+
+    Raises
+    ------
+    InputError
+        If there are no factors or more than 23.
+    """
+    if not 1 <= n_factors <= MAX_FACTORS:
+        raise InputError(f"{n_factors} factors were asked for: expected 1 to {MAX_FACTORS}")
+    return next(runs for runs in (12, 20, 24) if n_factors < runs)
+
+
+def coded_matrix(n_factors: int, runs: int | None = None, centre_points: int = 0) -> np.ndarray:
+    """Coded Plackett-Burman design (runs + centre_points, n_factors).
+
+    Rows are the generator shifted right again and again, then a row of -1: for 7 factors the 12 runs of the
+    source paper's Table 7, in its order.
+
+    Parameters
+    ----------
+    n_factors : int
+        1 to 23.
+    runs : int, optional
+        8, 12, 16, 20 or 24; default see `default_runs`.
+    centre_points : int
+        Runs at the middle of every factor, added at the end.
+
+    Raises
+    ------
+    InputError
+        If runs is not one of the sizes or too small, or centre_points negative.
+    """
+    size = default_runs(n_factors) if runs is None else runs
+    if size not in GENERATORS or size <= n_factors:
+        raise InputError(
+            f"a design of {size} runs for {n_factors} factors was asked for: expected one of "
+            f"{', '.join(map(str, GENERATORS))} runs, more than factors"
+        )
+    if centre_points < 0:
+        raise InputError(f"{centre_points} centre points were asked for: expected 0 or more")
+    row = np.array([1.0 if sign == "+" else -1.0 for sign in GENERATORS[size]])
+    cyclic = np.array([np.roll(row, shift) for shift in range(size - 1)])
+    matrix = np.vstack([cyclic, -np.ones(size - 1)])[:, :n_factors]
+    return np.vstack([matrix, np.zeros((centre_points, n_factors))])
+
+
+def design(factors: list[Factor], runs: int | None = None, centre_points: int = 0) -> pd.DataFrame:
+    """The design in the physical units of its factors: one column per factor; see `coded_matrix`."""
+    return physical_design(coded_matrix(len(factors), runs, centre_points), factors)
+
+
+# --------------------------------------------------------------------------------------------------- analysis
+@dataclass(frozen=True)
+class Lenth:
+    """Lenth's margins of error of an effect, from the effects alone.
+
+    `contrasts` says how many there were: the factors', and those of the design's unused columns where known.
+    """
+
+    contrasts: int
+    pseudo_standard_error: float
+    margin_of_error: float
+    simultaneous_margin_of_error: float
+
+
+@dataclass(frozen=True)
+class Curvature:
+    """Mean of the centre points minus that of the other runs, with its F test (None: no error)."""
+
+    estimate: float
+    sum_of_squares: float
+    f: float | None
+    p: float | None
+
+
+@dataclass(frozen=True)
+class Screening:
+    """What a Plackett-Burman table says.
+
+    Attributes
+    ----------
+    table : DesignTable
+    model : LinearFit
+        Main effects, the centre points absorbed by a curvature column.
+    effects : dict
+        {factor: change of the response from -1 to +1}, response unit.
+    sums_of_squares, contributions : dict
+        Partial sums of squares, and these in percent of the total of all runs.
+    p, p_adjusted : dict
+        Raw and Holm-adjusted for the number of factors; None where the design is saturated.
+    detectable_effects : dict
+        {factor: effect found with probability `power` at level `alpha`}, response unit; None where saturated.
+    aliases : dict
+        {factor: {two-factor interaction: share of it that the main effect carries}}.
+    orthogonal : bool
+    standard_error_inflation : dict
+        {factor: standard error relative to an orthogonal design with as many runs at -1 and +1}.
+    """
+
+    table: DesignTable
+    model: LinearFit
+    alpha: float
+    power: float
+    effects: dict[str, float]
+    sums_of_squares: dict[str, float]
+    contributions: dict[str, float]
+    p: dict[str, float | None]
+    p_adjusted: dict[str, float | None]
+    anova: list[dict]
+    lenth: Lenth | None
+    curvature: Curvature | None
+    detectable_effects: dict[str, float | None]
+    aliases: dict[str, dict[str, float]]
+    orthogonal: bool
+    standard_error_inflation: dict[str, float]
+    r2: float | None
+    r2_adjusted: float | None
+    r2_predicted: float | None
+    cv_percent: float | None
+    lack_of_fit_p: float | None
+
+    @property
+    def saturated(self) -> bool:
+        return self.model.df_residual == 0
+
+
+def analyse(table: DesignTable, alpha: float = 0.05, power: float = 0.8) -> Screening:
+    """Analyse the two-level table that was run, whatever its row order, with runs missing or replicated.
+
+    The model is y = b0 + sum b_i x_i, and a column of its own for the centre points (the curvature), so that
+    they test the straight line without moving its error; the effect of a factor is 2 b_i.
+
+    Parameters
+    ----------
+    table : DesignTable
+        Levels -1 and +1, centre points at 0 in every factor.
+    alpha : float
+        Level of the margins and of the detectable effects.
+    power : float
+        Probability with which a detectable effect is found; 0.8 is 4 times in 5.
+
+    Raises
+    ------
+    InputError
+        If a run is neither at the corners nor at the centre, there are fewer runs than terms, or terms are
+        not separated by the runs.
+    """
+    centre = _centre_points(table)
+    extra = {CURVATURE: centre.astype(float)} if centre.any() else {}
+    model = fit(table.names, linear_terms(table.names), table.coded, table.response, extra)
+    sums = type_three(model)
+    factor_sums = {name: sums[name] for name in table.names}
+    rows, lack_of_fit_p = _anova(table, model, sums)
+    p = {row["source"]: row["p"] for row in rows if row["source"] in factor_sums}
+    total = float(np.sum((model.response - model.response.mean()) ** 2))
+    effects = {name: 2 * model.coefficients[name] for name in table.names}
+    inflation = _inflation(model, centre)
+    return Screening(
+        table=table,
+        model=model,
+        alpha=alpha,
+        power=power,
+        effects=effects,
+        sums_of_squares=factor_sums,
+        contributions={name: 100 * value / total for name, value in factor_sums.items()},
+        p=p,
+        p_adjusted=_holm(p),
+        anova=rows,
+        lenth=lenth(list(effects.values()) + _unused_contrasts(table, centre), alpha),
+        curvature=_curvature(model, rows),
+        detectable_effects=_detectable(model, alpha, power),
+        aliases=aliases(table.names, table.coded.to_numpy()[~centre]),
+        orthogonal=max(inflation.values()) < 1 + 1e-9,
+        standard_error_inflation=inflation,
+        lack_of_fit_p=lack_of_fit_p,
+        **_summary(model, sums.get(CURVATURE, 0.0), total),
+    )
+
+
+def _centre_points(table: DesignTable) -> np.ndarray:
+    """Which runs are centre points."""
+    nearest = np.round(table.coded.to_numpy())
+    centre = (nearest == 0).all(axis=1)
+    mixed = (nearest == 0).any(axis=1) & ~centre
+    if mixed.any():
+        row = int(np.argmax(mixed))
+        name = table.names[int(np.argmax(nearest[row] == 0))]
+        raise InputError(
+            f"column {name!r}, row {table.lines[row]}: the middle level, while other factors of that run are "
+            "low or high; a two-level design has its centre points at the middle of every factor. Analyse a "
+            "three-level table (Box-Behnken, central composite) with bbd"
+        )
+    if centre.all():
+        raise InputError(
+            "every run is a centre point: not a design; expected runs at the low and high levels"
+        )
+    return centre
+
+
+def _anova(table: DesignTable, model: LinearFit, sums: dict) -> tuple[list[dict], float | None]:
+    """The ANOVA table and the p value of the lack of fit."""
+    error = (model.mean_square_error, model.df_residual)
+    corrected = float(np.sum((model.response - model.response.mean()) ** 2))
+    model_ss = corrected - sums.get(CURVATURE, 0.0) - model.ss_residual
+    rows = [anova_row("model", model_ss, len(table.names), *error)]
+    rows += [anova_row(name, sums[name], 1, *error) for name in table.names]
+    if CURVATURE in sums:
+        rows.append(anova_row(CURVATURE, sums[CURVATURE], 1, *error))
+    rows.append(anova_row("residual", model.ss_residual, model.df_residual))
+    pure_ss, pure_df = pure_error(table.coded, table.response)
+    lack_of_fit_p = None
+    if pure_df:
+        lack_df = model.df_residual - pure_df
+        lack = anova_row(
+            "lack of fit", max(model.ss_residual - pure_ss, 0.0), lack_df, pure_ss / pure_df, pure_df
+        )
+        lack_of_fit_p = lack["p"]
+        rows += [lack, anova_row("pure error", pure_ss, pure_df)]
+    rows.append({**anova_row("total", corrected, len(model.response) - 1), "mean_square": None})
+    return rows, lack_of_fit_p
+
+
+def _summary(model: LinearFit, curvature_ss: float, total: float) -> dict[str, float | None]:
+    """R2 and its kin of the straight-line part: the curvature is taken out of the total first."""
+    total -= curvature_ss
+    df_total = len(model.response) - 1 - len(model.extra)
+    variance, squares = model.mean_square_error, press(model)
+    mean = float(model.response.mean())
+    return {
+        "r2": 1 - model.ss_residual / total,
+        "r2_adjusted": None if variance is None else 1 - variance / (total / df_total),
+        "r2_predicted": None if squares is None or variance is None else 1 - squares / total,
+        "cv_percent": None if variance is None or not mean else 100 * float(np.sqrt(variance)) / mean,
+    }
+
+
+def _holm(p: dict[str, float | None]) -> dict[str, float | None]:
+    if any(value is None for value in p.values()):
+        return dict.fromkeys(p)
+    from statsmodels.stats.multitest import multipletests
+
+    return dict(zip(p, map(float, multipletests(list(p.values()), method="holm")[1]), strict=True))
+
+
+def _curvature(model: LinearFit, rows: list[dict]) -> Curvature | None:
+    row = next((row for row in rows if row["source"] == CURVATURE), None)
+    if row is None:
+        return None
+    return Curvature(float(model.results.params[-1]), row["sum_of_squares"], row["f"], row["p"])
+
+
+def lenth(effects: list[float], alpha: float = 0.05) -> Lenth | None:
+    r"""Lenth's margins of error.
+
+    :math:`s_0 = 1.5\,\mathrm{median}|c|`, :math:`PSE = 1.5\,\mathrm{median}_{|c| < 2.5 s_0}|c|`,
+    :math:`ME = t_{1-\alpha/2,\,m/3} PSE`, :math:`SME = t_{\gamma,\,m/3} PSE` with
+    :math:`\gamma = (1 + (1-\alpha)^{1/m})/2`.
+
+    Parameters
+    ----------
+    effects : list of float
+        m contrasts in the unit of an effect; fewer than 3 give None.
+
+    References
+    ----------
+    doi:10.1080/00401706.1989.10488595
+    """
+    if len(effects) < 3:
+        return None
+    from scipy.special import stdtrit
+
+    sizes = np.abs(effects)
+    kept = sizes[sizes < 2.5 * 1.5 * np.median(sizes)]
+    error = float(1.5 * np.median(kept)) if len(kept) else 0.0
+    degrees = len(sizes) / 3
+    simultaneous = (1 + (1 - alpha) ** (1 / len(sizes))) / 2
+    margins = [float(stdtrit(degrees, level) * error) for level in (1 - alpha / 2, simultaneous)]
+    return Lenth(len(sizes), error, *margins)
+
+
+def _unused_contrasts(table: DesignTable, centre: np.ndarray) -> list[float]:
+    """Contrasts of the columns that complete the design to a Hadamard matrix; none where not found.
+
+    They hold the noise and the two-factor interactions, and sharpen Lenth's estimate.
+    """
+    coded, response = table.coded.to_numpy()[~centre], table.response.to_numpy()[~centre]
+    runs, n_factors = coded.shape
+    full = np.column_stack([np.ones(runs), coded])
+    if runs > COMPLETION_RUNS or not np.allclose(full.T @ full, runs * np.eye(n_factors + 1)):
+        return []
+    signs = 1 - 2.0 * ((np.arange(2 ** (runs - 1))[:, None] >> np.arange(runs)) & 1)
+    candidates = signs[np.abs(signs @ full).max(axis=1) < 0.5]
+    chosen = []
+    while len(candidates):
+        chosen.append(candidates[0])
+        candidates = candidates[np.abs(candidates @ candidates[0]) < 0.5]
+    if len(chosen) != runs - 1 - n_factors:
+        return []
+    return [float(2 * column @ response / runs) for column in chosen]
+
+
+def _detectable(model: LinearFit, alpha: float, power: float) -> dict[str, float | None]:
+    """Smallest effects found with the given power, by the noncentral F on 1 and residual df."""
+    names = list(model.terms)[1:]
+    if model.mean_square_error is None:
+        return dict.fromkeys(names)
+    from scipy.optimize import brentq
+    from scipy.special import fdtri, ncfdtr
+
+    df = model.df_residual
+    critical = fdtri(1, df, 1 - alpha)
+    noncentrality = brentq(lambda value: 1 - ncfdtr(1, df, value, critical) - power, 1e-9, 1e6)
+    return {name: float(2 * np.sqrt(noncentrality) * model.standard_errors[name]) for name in names}
+
+
+def _inflation(model: LinearFit, centre: np.ndarray) -> dict[str, float]:
+    """Standard errors relative to an orthogonal design with the same runs at -1 and +1."""
+    runs = int(np.sum(~centre))
+    diagonal = np.sqrt(np.diag(model.inverse) * runs)
+    return dict(zip(list(model.terms)[1:], map(float, diagonal[1 : len(model.terms)]), strict=True))
+
+
+def aliases(names: list[str], coded) -> dict[str, dict[str, float]]:
+    r"""Alias structure with the two-factor interactions: rows of :math:`(X_1'X_1)^{-1} X_1'X_2`.
+
+    Parameters
+    ----------
+    names : list of str
+    coded : array (n_runs, n_factors)
+        The runs at -1 and +1.
+
+    Returns
+    -------
+    dict
+        {factor: {interaction: share}}, shares of 0 left out; E(b_A) = beta_A + sum share * beta_interaction.
+    """
+    pairs = interaction_terms(names)
+    if not pairs:
+        return {name: {} for name in names}
+    first, second = columns_of(coded, linear_terms(names)), columns_of(coded, pairs)
+    shares = np.linalg.lstsq(first, second, rcond=None)[0][1:]
+    return {
+        name: {
+            pair: float(round(value, 12)) for pair, value in zip(pairs, row, strict=True) if abs(value) > 1e-9
+        }
+        for name, row in zip(names, shares, strict=True)
+    }
+
+
+def vif(screening: Screening) -> dict[str, float]:
+    """{factor: variance inflation factor}."""
+    inflation = variance_inflation(screening.model)
+    return {name: inflation[name] for name in screening.table.names}

@@ -1,0 +1,269 @@
+"""The path of steepest climb along a fitted first-order model, and where the runs on it turned.
+
+References
+----------
+Box, Wilson, On the experimental attainment of optimum conditions, J. Roy. Statist. Soc. B 13 (1951) 1,
+doi:10.1111/j.2517-6161.1951.tb00067.x. The equal steps are those of the source paper's Table 10.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+import pandas as pd
+
+from pellet_study.doe.factors import Factor
+from pellet_study.doe.linear_model import LinearFit, fit, interval, linear_terms
+from pellet_study.doe.plackett_burman import Screening
+from pellet_study.errors import InputError
+
+
+@dataclass(frozen=True)
+class Climb:
+    """A path in physical units.
+
+    Attributes
+    ----------
+    factors : list of Factor
+    points : DataFrame (n_points, n_factors)
+        Physical levels of the runs to make.
+    coded : ndarray (n_points, n_factors)
+    predicted : ndarray (n_points,)
+    prediction_intervals : list of (float, float) or None
+        Of a single run at level 1 - alpha; None where the model leaves no residual.
+    angle_to_gradient_deg : float
+        Between the path and the fitted gradient in coded units; 0 unless equal steps were asked for.
+    """
+
+    factors: list[Factor]
+    points: pd.DataFrame
+    coded: np.ndarray
+    predicted: np.ndarray
+    prediction_intervals: list[tuple[float, float] | None]
+    equal_steps: bool
+    angle_to_gradient_deg: float
+
+
+def first_order_model(screening: Screening, names: list[str] | None = None) -> tuple[LinearFit, list[Factor]]:
+    """The main-effects model of the named factors (default: those significant at the screening's level).
+
+    Raises
+    ------
+    InputError
+        If a name is no factor, or none was named and none is significant.
+    """
+    if names is None:
+        names = significant(screening)
+        if not names:
+            raise InputError(
+                "no factor is significant, so the climb has no direction: name the factors to move with "
+                "--climb-factors"
+            )
+    unknown = [name for name in names if name not in screening.table.names]
+    if unknown:
+        raise InputError(
+            f"{unknown[0]!r} is no factor of the table: its factors are {', '.join(screening.table.names)}"
+        )
+    table = screening.table
+    model = fit(names, linear_terms(names), table.coded[names], table.response, screening.model.extra)
+    return model, [factor for name in names for factor in table.factors if factor.name == name]
+
+
+def significant(screening: Screening) -> list[str]:
+    """Factors significant at the screening's level; beyond Lenth's margin where the design is saturated."""
+    if screening.saturated:
+        margin = screening.lenth.margin_of_error if screening.lenth else np.inf
+        return [name for name, effect in screening.effects.items() if abs(effect) > margin]
+    return [name for name, p in screening.p.items() if p is not None and p < screening.alpha]
+
+
+def path(
+    model: LinearFit,
+    factors: list[Factor],
+    points: int = 6,
+    equal_steps: bool = False,
+    start: str | dict[str, float] = "centre",
+    step: tuple[str, float] | None = None,
+    limits: dict[str, tuple[float, float]] | None = None,
+    ascend: bool = True,
+    alpha: float = 0.05,
+) -> Climb:
+    r"""The runs to make: :math:`x_k = x_0 + k\,s\,d`, d the fitted gradient, or its signs.
+
+    Parameters
+    ----------
+    model, factors
+        See `first_order_model`.
+    points : int
+        At most as many runs, the start counted; the path ends where a factor meets its limit.
+    equal_steps : bool
+        Every factor moves by the same coded step (the source paper's way) rather than in proportion to its
+        slope.
+    start : "centre", "worst" or dict
+        The centre of the design, its corner of lowest (descending: highest) predicted response, or {factor:
+        physical level}.
+    step : (str, float), optional
+        A factor and its physical step (its size; the sign follows from the fit). Default: equal parts from
+        the start to the first limit.
+    limits : dict, optional
+        {factor: (lowest, highest) physical level}; default: the design's own range.
+    ascend : bool
+        Climb, or descend.
+
+    Raises
+    ------
+    InputError
+        If all slopes are zero, the start lies outside the limits, or the step's factor does not move.
+    """
+    slopes = np.array([model.coefficients[factor.name] for factor in factors])
+    if not np.any(slopes):
+        raise InputError("all slopes of the fit are zero: the climb has no direction")
+    if points < 2:
+        raise InputError(f"a path of {points} points was asked for: expected 2 or more")
+    uphill = (1 if ascend else -1) * slopes
+    direction = np.sign(uphill) if equal_steps else uphill / np.abs(uphill).max()
+    origin = _origin(start, direction, factors)
+    room = _room(origin, direction, factors, limits or {})
+    size = room / (points - 1) if step is None else _step_size(step, direction, factors)
+    count = min(points, int(np.floor(room / size + 1e-9)) + 1)
+    coded = origin + size * np.arange(count)[:, None] * direction
+    physical = {factor.name: factor.physical(coded[:, i]) for i, factor in enumerate(factors)}
+    cosine = direction @ uphill / np.linalg.norm(direction) / np.linalg.norm(uphill)
+    return Climb(
+        factors=list(factors),
+        points=pd.DataFrame(physical).round(10),
+        coded=coded,
+        predicted=model.predict(coded),
+        prediction_intervals=[interval(model, point, alpha).prediction for point in coded],
+        equal_steps=equal_steps,
+        angle_to_gradient_deg=float(np.degrees(np.arccos(np.clip(cosine, -1, 1)))),
+    )
+
+
+def _origin(start, direction: np.ndarray, factors: list[Factor]) -> np.ndarray:
+    if start == "centre":
+        return np.zeros(len(factors))
+    if start == "worst":
+        return -np.sign(direction)
+    missing = [factor.name for factor in factors if factor.name not in start]
+    if missing:
+        raise InputError(
+            f"the start of the climb gives no level of {missing[0]!r}: expected one of every factor moved"
+        )
+    return np.array([float(factor.coded(start[factor.name])) for factor in factors])
+
+
+def _room(origin, direction, factors, limits) -> float:
+    """How many times the direction fits between the origin and the first limit."""
+    room = np.inf
+    for x, d, factor in zip(origin, direction, factors, strict=True):
+        low, high = sorted(factor.coded(limits.get(factor.name, (factor.low, factor.high))))
+        if not low - 1e-9 <= x <= high + 1e-9:
+            raise InputError(
+                f"the climb starts at {factor.name} = {factor.physical(x):g}, outside its limits "
+                f"{factor.physical(low):g} to {factor.physical(high):g}: start inside, or widen the limits"
+            )
+        if d:
+            room = min(room, ((high if d > 0 else low) - x) / d)
+    if room < 1e-9:
+        raise InputError(
+            "the climb starts at a limit it would cross at once: start elsewhere, or widen the limits"
+        )
+    return float(room)
+
+
+def _step_size(step: tuple[str, float], direction, factors) -> float:
+    name, size = step
+    index = next((i for i, factor in enumerate(factors) if factor.name == name), None)
+    if index is None or not direction[index] or not size:
+        moved = ", ".join(factor.name for factor in factors)
+        raise InputError(
+            f"a step of {size:g} of {name!r} was asked for: expected a factor that moves ({moved}), not 0"
+        )
+    return float(abs(size / (factors[index].half_range * direction[index])))
+
+
+@dataclass(frozen=True)
+class Turning:
+    """Where a path turned.
+
+    Attributes
+    ----------
+    order : list of int
+        Rows of the runs in the order along the path.
+    best : int
+        Row of the best run.
+    turned : bool
+        False where the best run is the last (go on) or the first (the path never improved).
+    at_start : bool
+    centre : dict
+        {factor: physical level} around which the next design should stand.
+    next_factors : list of Factor
+        Its levels: one step of the path to either side, -1 on the side of the start.
+    """
+
+    order: list[int]
+    best: int
+    turned: bool
+    at_start: bool
+    centre: dict[str, float]
+    next_factors: list[Factor]
+
+
+def turning(runs: pd.DataFrame, target: float | None = None, ascend: bool = True, units=None) -> Turning:
+    """Read the runs of a path back.
+
+    Parameters
+    ----------
+    runs : DataFrame (n_runs, n_factors + 1)
+        Physical levels and, last, the response; rows in any order along the line, the first row at its start.
+    target : float, optional
+        The response wanted: the best run is the nearest to it. Without it the highest (`ascend`) or lowest,
+        as for a column of errors.
+    units : dict, optional
+        {factor: unit}.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than three runs, or they do not lie on one line.
+    """
+    names = list(runs.columns[:-1])
+    levels, response = runs[names].to_numpy(dtype=float), runs.iloc[:, -1].to_numpy(dtype=float)
+    if len(runs) < 3:
+        raise InputError(f"the climb has {len(runs)} runs: expected 3 or more to tell whether it turned")
+    scale = np.where(np.ptp(levels, axis=0) > 0, np.ptp(levels, axis=0), 1.0)
+    along = _along(levels / scale, names)
+    order = np.argsort(along, kind="stable")
+    score = -np.abs(response - target) if target is not None else (response if ascend else -response)
+    place = int(np.argmax(score[order]))
+    best = int(order[place])
+    step = (levels[order[-1]] - levels[order[0]]) / (len(order) - 1)
+    moved = [(name, i) for i, name in enumerate(names) if step[i]]
+    return Turning(
+        order=order.tolist(),
+        best=best,
+        turned=0 < place < len(order) - 1,
+        at_start=place == 0,
+        centre={name: float(levels[best, i]) for i, name in enumerate(names)},
+        next_factors=[
+            Factor(
+                name,
+                *np.round(levels[best, i] + step[i] * np.array([-1, 1]), 10).tolist(),
+                (units or {}).get(name, ""),
+            )
+            for name, i in moved
+        ],
+    )
+
+
+def _along(levels: np.ndarray, names: list[str]) -> np.ndarray:
+    """Positions of the runs along their line."""
+    offsets = levels - levels[0]
+    _, singular, directions = np.linalg.svd(offsets, full_matrices=False)
+    if singular[0] == 0 or (len(singular) > 1 and singular[1] > 0.05 * singular[0]):
+        raise InputError(
+            f"the runs do not lie on one line in {', '.join(names)}: expected the points of one path, one "
+            "run a row, the response in the last column"
+        )
+    along = offsets @ directions[0]
+    return along if along.sum() >= 0 else -along

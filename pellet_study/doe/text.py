@@ -1,0 +1,403 @@
+"""The analyses in words and tables; nothing is computed here."""
+
+from pellet_study.doe.answers import plain
+from pellet_study.doe.box_behnken import PREDICTED_R2_GAP, Surface
+from pellet_study.doe.linear_model import INTERCEPT, Interval
+from pellet_study.doe.optimum import RULES, TargetSet
+from pellet_study.doe.plackett_burman import Screening
+from pellet_study.doe.steepest_climb import Climb, Turning
+from pellet_study.doe.validation import Equivalence
+
+
+def number(value, digits: int = 5) -> str:
+    """A number for reading; `-` where undefined."""
+    return "-" if value is None else f"{value:.{digits}g}"
+
+
+def probability(value) -> str:
+    """A p value to four decimals, as ANOVA tables print it."""
+    if value is None:
+        return "-"
+    return "<0.0001" if value < 1e-4 else f"{value:.4f}"
+
+
+def grid(header: list[str], rows: list[list[str]]) -> str:
+    """Left-aligned first column, right-aligned others."""
+    table = [header, *rows]
+    widths = [max(len(row[i]) for row in table) for i in range(len(header))]
+    lines = []
+    for row in table:
+        cells = [
+            cell.ljust(w) if i == 0 else cell.rjust(w)
+            for i, (cell, w) in enumerate(zip(row, widths, strict=True))
+        ]
+        lines.append("  ".join(cells).rstrip())
+    return "\n".join(lines)
+
+
+def anova_text(rows: list[dict]) -> str:
+    """An ANOVA table."""
+    header = ["source", "sum of squares", "df", "mean square", "F", "p"]
+    cells = [
+        [
+            row["source"],
+            number(row["sum_of_squares"], 6),
+            str(row["df"]),
+            number(row["mean_square"], 6),
+            number(row["f"]),
+            probability(row["p"]),
+        ]
+        for row in rows
+    ]
+    return grid(header, cells)
+
+
+def _summary_line(analysis: Screening | Surface) -> str:
+    return (
+        f"R2 {number(analysis.r2)}, adjusted {number(analysis.r2_adjusted)}, predicted "
+        f"{number(analysis.r2_predicted)}; C.V. {number(analysis.cv_percent, 4)} %; lack of fit p "
+        f"{probability(analysis.lack_of_fit_p)}"
+    )
+
+
+def equation(coefficients: dict[str, float], digits: int = 6) -> str:
+    """A polynomial in words of its terms."""
+    parts = []
+    for name, value in coefficients.items():
+        size = f"{abs(value):.{digits}g}" + ("" if name == INTERCEPT else f" {name}")
+        parts.append((" - " if value < 0 else " + ") + size)
+    text = "".join(parts)
+    return text[3:] if text.startswith(" + ") else "-" + text[3:]
+
+
+def _head(analysis: Screening | Surface, kind: str) -> str:
+    levels = "; ".join(f"{f.label} {f.low:g} to {f.high:g}" for f in analysis.table.factors)
+    return (
+        f"{kind}: {len(analysis.table.response)} runs, {len(analysis.table.factors)} factors, response "
+        f"{analysis.table.response.name}\nlevels -1 to +1: {levels}"
+    )
+
+
+# -------------------------------------------------------------------------------------------------- screening
+def screening_text(screening: Screening) -> str:
+    """The analysis of a Plackett-Burman table."""
+    s = screening
+    order = sorted(s.effects, key=lambda name: -abs(s.effects[name]))
+    rows = [
+        [
+            name,
+            number(s.effects[name]),
+            number(s.sums_of_squares[name], 6),
+            f"{s.contributions[name]:.2f}",
+            probability(s.p[name]),
+            probability(s.p_adjusted[name]),
+            number(s.detectable_effects[name], 4),
+        ]
+        for name in order
+    ]
+    header = [
+        "factor",
+        "effect",
+        "sum of squares",
+        "contribution %",
+        "p",
+        "p (Holm)",
+        f"found {100 * s.power:.0f} %",
+    ]
+    parts = [
+        _head(s, "Plackett-Burman"),
+        grid(header, rows)
+        + f"\n(last column: the smallest effect this design finds with probability {s.power:g})",
+        anova_text(s.anova),
+        _summary_line(s),
+    ]
+    if s.lenth:
+        parts.append(
+            f"Lenth, {s.lenth.contrasts} contrasts: pseudo standard error "
+            f"{number(s.lenth.pseudo_standard_error)}, margin of error {number(s.lenth.margin_of_error)}, "
+            f"simultaneous {number(s.lenth.simultaneous_margin_of_error)}; beyond the margin: "
+            f"{', '.join(n for n in order if abs(s.effects[n]) > s.lenth.margin_of_error) or 'none'}"
+        )
+    if s.curvature:
+        parts.append(
+            f"curvature: centre points minus the straight line {s.curvature.estimate:+.5g}, F "
+            f"{number(s.curvature.f)}, p {probability(s.curvature.p)}"
+        )
+    parts.append(_alias_text(s))
+    return "\n\n".join(parts)
+
+
+MANY_INTERACTIONS = 28
+"""Beyond this number (8 factors) the aliases are summed up; the JSON answer has them all."""
+
+
+def _alias_text(screening: Screening) -> str:
+    """Each main effect with the two-factor interactions it carries."""
+    names = screening.table.names
+    if len(names) * (len(names) - 1) / 2 > MANY_INTERACTIONS:
+        shares = [abs(share) for found in screening.aliases.values() for share in found.values()]
+        most = max(len(found) for found in screening.aliases.values())
+        return (
+            f"aliases: each effect carries up to {most} two-factor interactions, shares up to "
+            f"{max(shares, default=0):.3g}"
+        )
+    lines = ["aliases: each effect also carries these shares of two-factor interactions"]
+    for name, shares in screening.aliases.items():
+        groups: dict[str, list[str]] = {}
+        for pair, share in shares.items():
+            groups.setdefault(f"{share:+.3g}", []).append(pair)
+        words = "; ".join(f"{share} of {', '.join(pairs)}" for share, pairs in groups.items())
+        lines.append(f"  {name}: {words or 'none'}")
+    return "\n".join(lines)
+
+
+def screening_warnings(screening: Screening) -> list[str]:
+    """What a reader of the screening must know."""
+    found = list(screening.table.notes)
+    if screening.saturated:
+        found.append(
+            "the design is saturated: as many terms as runs, no residual, so no p values; judge the effects "
+            "by Lenth's margin of error and the half-normal plot"
+        )
+    if not screening.orthogonal:
+        worst = max(screening.standard_error_inflation, key=screening.standard_error_inflation.get)
+        found.append(
+            "the runs that are there are not orthogonal: effects are least-squares estimates and share "
+            f"information; the standard error of {worst} is "
+            f"{100 * (screening.standard_error_inflation[worst] - 1):.1f} % larger than in an orthogonal "
+            "design with as many runs"
+        )
+    if screening.lack_of_fit_p is None and not screening.saturated:
+        found.append(
+            "there are no replicated runs, so lack of fit cannot be tested and the residual holds both"
+        )
+    return found
+
+
+# ---------------------------------------------------------------------------------------------------- surface
+def surface_text(surface: Surface) -> str:
+    """The analysis of a response surface."""
+    s = surface
+    parts = [
+        _head(s, "Quadratic response surface"),
+        f"coded:    {equation(s.coefficients)}\nphysical: {equation(s.physical_coefficients, 8)}",
+        anova_text(s.anova),
+        _summary_line(s)
+        + f"\nadequate precision {number(s.adequate_precision, 4)} (above 4 wanted), PRESS {number(s.press)}",
+        _checks_text(s),
+        _runs_text(s),
+    ]
+    if s.lenth:
+        beyond = [name for name, value in s.scaled_effects.items() if abs(value) > s.lenth.margin_of_error]
+        parts.append(
+            f"Lenth, {s.lenth.contrasts} coefficients scaled to equal variance: margin of error "
+            f"{number(s.lenth.margin_of_error)}; beyond it: {', '.join(beyond) or 'none'}"
+        )
+    if s.stationary:
+        place = ", ".join(
+            f"{f.name} {number(float(f.physical(x)), 4)} (coded {x:.3f})"
+            for f, x in zip(s.table.factors, s.stationary.coded, strict=True)
+        )
+        parts.append(f"stationary point: {s.stationary.kind}, {number(s.stationary.predicted)} at {place}")
+    return "\n\n".join(parts)
+
+
+def _checks_text(surface: Surface) -> str:
+    lines = []
+    if surface.normality:
+        lines.append(
+            f"residuals: Shapiro-Wilk W {number(surface.normality[0])}, p {probability(surface.normality[1])}"
+        )
+    if surface.box_cox:
+        power = surface.box_cox
+        need = (
+            "a transformation is indicated"
+            if power.transformation_needed
+            else "no transformation is indicated"
+        )
+        lines.append(
+            f"Box-Cox power {number(power.power, 3)} ({number(power.low, 3)} to {number(power.high, 3)}): "
+            f"{need}"
+        )
+    lines.append("VIF " + ", ".join(f"{name} {value:.3f}" for name, value in surface.vif.items()))
+    return "\n".join(lines)
+
+
+def _runs_text(surface: Surface) -> str:
+    runs = plain(surface.runs)
+    header = ["row", "observed", "fitted", "residual", "R-student", "leverage", "Cook's D"]
+    empty = [None] * len(surface.table.lines)
+    columns = zip(
+        surface.table.lines,
+        surface.model.response,
+        runs["fitted"],
+        runs["residuals"],
+        runs["studentized"] or empty,
+        runs["leverage"],
+        runs["cooks_distance"] or empty,
+        strict=True,
+    )
+    rows = [[str(line), *(number(value, 4) for value in values)] for line, *values in columns]
+    return grid(header, rows)
+
+
+def surface_warnings(surface: Surface) -> list[str]:
+    """What a reader of the response surface must know."""
+    found = list(surface.table.notes)
+    if surface.saturated:
+        found.append(
+            "the design is saturated: as many terms as runs, no residual, so no p values; judge the effects "
+            "by Lenth's margin and a half-normal plot, or leave terms out with --drop"
+        )
+    if not surface.pure_error_df:
+        found.append(
+            "there are no replicated runs, so the lack of fit cannot be tested; replicate the centre point"
+        )
+    if surface.r2_predicted is None and not surface.saturated:
+        found.append("one run alone carries a term (leverage 1), so the predicted R2 is undefined")
+    elif surface.r2_predicted is not None and surface.r2_adjusted - surface.r2_predicted > PREDICTED_R2_GAP:
+        found.append(
+            f"the predicted R2 ({surface.r2_predicted:.3f}) falls far below the adjusted one "
+            f"({surface.r2_adjusted:.3f}): the model follows single runs; look at Cook's distances, reduce "
+            "the model or run more"
+        )
+    inflated = {name: value for name, value in surface.vif.items() if value > 5}
+    if inflated:
+        worst = max(inflated, key=inflated.get)
+        found.append(
+            f"the runs separate the terms poorly: VIF of {worst} {inflated[worst]:.1f} (1 is orthogonal)"
+        )
+    return found
+
+
+def prediction_text(physical: dict[str, float], found: Interval) -> str:
+    """A prediction at a point."""
+    place = ", ".join(f"{name} {value:.5g}" for name, value in physical.items())
+    text = f"predicted {number(found.predicted, 6)} at {place}"
+    if found.confidence:
+        text += (
+            f"; confidence interval of the mean {number(found.confidence[0])} to "
+            f"{number(found.confidence[1])}, prediction interval of one run {number(found.prediction[0])} to "
+            f"{number(found.prediction[1])}"
+        )
+    return text
+
+
+EXTRAPOLATION = (
+    "the point is an extrapolation: no run constrains the model there as at the design's own points (a "
+    "Box-Behnken design has no corners); make runs there, or use a face-centred design"
+)
+
+
+def target_text(found: TargetSet) -> str:
+    """The settings that hit a target."""
+    label = f"target {found.target:g}" + (f" +- {found.uncertainty:g}" if found.uncertainty else "")
+    if not found.reachable:
+        return (
+            f"{label} is not reached in the box: the predicted response runs from {number(found.lowest)} to "
+            f"{number(found.highest)}\nnearest: {prediction_text(found.physical, found.prediction)}"
+        )
+    lines = [
+        f"{label}: met on a sheet of {len(found.extents) - 1} dimensions, not at one point",
+        f"  {100 * found.fraction:.1f} % of the box lies within the uncertainty, "
+        f"{100 * found.fraction_one_percent:.1f} % within 1 % of the target; "
+        f"{100 * found.fraction_not_excluded:.1f} % cannot be excluded with the fit's own uncertainty",
+    ]
+    for extent in found.extents:
+        low, high = extent.coded
+        note = "  not identified: its whole range will do" if extent.unidentified else ""
+        lines.append(
+            f"  {extent.name}: {number(extent.physical[0])} to {number(extent.physical[1])} (coded {low:.3f} "
+            f"to {high:.3f}){note}"
+        )
+    lines.append(f"recommended ({RULES[found.rule]}): {prediction_text(found.physical, found.prediction)}")
+    lines += _measurement_lines(found)
+    return "\n".join(lines)
+
+
+def _measurement_lines(found: TargetSet) -> list[str]:
+    lines = []
+    for option in found.measurements:
+        place = ""
+        if option.coded is not None:
+            levels = zip(found.surface.table.factors, option.coded, strict=True)
+            place = " at " + ", ".join(f"{f.name} {number(float(f.physical(x)), 4)}" for f, x in levels)
+        lines.append(f"next: {option.what}{place} would leave {100 * option.fraction:.1f} % of the box")
+    if len(found.extents) > 1:
+        lines.append(
+            "next: no measurement of this response alone makes the sheet a point; a second response with "
+            "another slope does"
+        )
+    return lines
+
+
+# ------------------------------------------------------------------------------------------ climb, validation
+def climb_text(climb: Climb) -> str:
+    """A path as a table."""
+    names = list(climb.points.columns)
+    rows = []
+    for i, point in enumerate(climb.points.to_dict(orient="records")):
+        low_high = climb.prediction_intervals[i] or (None, None)
+        rows.append(
+            [
+                str(i + 1),
+                *(number(point[n], 5) for n in names),
+                number(climb.predicted[i]),
+                *map(number, low_high),
+            ]
+        )
+    header = ["point", *(factor.label for factor in climb.factors), "predicted", "from", "to"]
+    way = "equal coded steps" if climb.equal_steps else "along the gradient"
+    return (
+        f"steepest climb, {way} ({climb.angle_to_gradient_deg:.1f} deg off the fitted gradient), with "
+        f"prediction intervals\n" + grid(header, rows)
+    )
+
+
+def turning_text(turning: Turning) -> str:
+    """Where a path turned and what follows."""
+    place = ", ".join(f"{name} {value:.5g}" for name, value in turning.centre.items())
+    position = turning.order.index(turning.best) + 1
+    if turning.at_start:
+        return (
+            f"the path never improved on its first run ({place}): start the next design there, or look again"
+        )
+    if not turning.turned:
+        return f"the path has not turned: its last run ({place}) is the best; go on along it"
+    levels = "; ".join(f"{f.name} {f.low:g}, {f.centre:g}, {f.high:g}" for f in turning.next_factors)
+    return (
+        f"the path turned at run {position} of {len(turning.order)}: {place}\ncentre the next design there "
+        f"(levels -1, 0, +1): {levels}"
+    )
+
+
+def equivalence_text(found: Equivalence) -> str:
+    """The equivalence test, the t test beside it."""
+    runs, target = found.runs, found.target
+    known = (
+        f"{target.mean:.5g} (taken as known)"
+        if target.sd is None
+        else f"{target.mean:.5g}, sd {target.sd:.4g}, n {target.n}"
+    )
+    low, high = found.interval
+    confidence = 100 * (1 - 2 * found.alpha)
+    lines = [
+        f"validation: runs mean {runs.mean:.5g}, sd {runs.sd:.4g}, n {runs.n}; target {known}",
+        f"  difference {found.difference:.4g}, {confidence:.0f} % interval {low:.4g} to {high:.4g}; margin "
+        f"+-{found.margin:g}",
+        f"  equivalence (two one-sided t tests): p {probability(found.p)}: "
+        + ("equivalent within the margin" if found.equivalent else "equivalence is not shown"),
+        f"  difference (t test): p {probability(found.p_difference)}: "
+        + (
+            "a difference is shown"
+            if found.different
+            else "no difference is shown, which does not show that there is none"
+        ),
+        f"  power to show equivalence if there is no difference: {found.power:.2f}"
+        + (
+            f"; 0.80 needs n = {found.n_for_power}"
+            if found.n_for_power
+            else "; no n of the runs alone reaches 0.80"
+        ),
+    ]
+    return "\n".join(lines)

@@ -1,0 +1,215 @@
+"""Validation of a calibrated setting: equivalence to the target, against a margin declared before the runs.
+
+References
+----------
+Schuirmann, A comparison of the two one-sided tests procedure and the power approach, J. Pharmacokinet.
+Biopharm. 15 (1987) 657, doi:10.1007/BF01068419.
+Phillips, Power of the two one-sided tests procedure in bioequivalence, J. Pharmacokinet. Biopharm. 18 (1990)
+137, doi:10.1007/BF01063556 (here: the noncentral t approximation).
+"""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pellet_study.errors import InputError
+
+
+@dataclass(frozen=True)
+class Sample:
+    """Mean, standard deviation and number of readings; n = 1 without sd is a value known exactly."""
+
+    mean: float
+    sd: float | None = None
+    n: int = 1
+
+
+@dataclass(frozen=True)
+class Equivalence:
+    """Two one-sided tests beside the t test.
+
+    Attributes
+    ----------
+    difference, standard_error : float
+        Mean of the runs minus target, response unit.
+    df : float
+        Welch's where the target has a scatter of its own, else n - 1.
+    p_lower, p_upper, p : float
+        Of the two one-sided tests (difference <= -margin, difference >= margin), and the larger.
+    interval : (float, float)
+        Confidence interval of the difference at level 1 - 2 alpha; equivalent means inside +- margin.
+    t, p_difference : float
+        The t test of no difference; a large p is no proof of equality.
+    power : float
+        Probability of showing equivalence if there is no difference, with these n and sd.
+    n_for_power : int or None
+        Smallest n of the runs with 80 % power, the target's scatter as it is; None above 1000.
+    """
+
+    runs: Sample
+    target: Sample
+    margin: float
+    alpha: float
+    difference: float
+    standard_error: float
+    df: float
+    p_lower: float
+    p_upper: float
+    interval: tuple[float, float]
+    t: float
+    p_difference: float
+    power: float
+    n_for_power: int | None
+
+    @property
+    def p(self) -> float:
+        return max(self.p_lower, self.p_upper)
+
+    @property
+    def equivalent(self) -> bool:
+        return self.p < self.alpha
+
+    @property
+    def different(self) -> bool:
+        return self.p_difference < self.alpha
+
+
+def sample_of(values) -> Sample:
+    """Mean, sd and n of readings.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two.
+    """
+    values = np.asarray(values, dtype=float)
+    if len(values) < 2:
+        raise InputError(
+            f"{len(values)} run was given to validate with: expected 2 or more, for a standard deviation"
+        )
+    return Sample(float(values.mean()), float(values.std(ddof=1)), len(values))
+
+
+def equivalence(runs: Sample, target: Sample, margin: float, alpha: float = 0.05) -> Equivalence:
+    r"""Two one-sided t tests (TOST) of :math:`|\mu_{runs} - \mu_{target}| < \text{margin}`.
+
+    Parameters
+    ----------
+    runs : Sample
+        With sd and n >= 2.
+    target : Sample
+        With sd and n >= 2 for a measured target (Welch's test); without sd a known number.
+    margin : float
+        Positive, response unit, declared before the runs.
+    alpha : float
+
+    Raises
+    ------
+    InputError
+        If the margin is not positive, or a sample has no scatter to test with.
+    """
+    if not np.isfinite(margin) or margin <= 0:
+        raise InputError(f"the margin is {margin:g}: expected a positive number in the response's unit")
+    if runs.sd is None or runs.n < 2 or (target.sd is not None and target.n < 2):
+        raise InputError(
+            "the runs (and a target with an sd) need n of 2 or more: give every reading, or mean, sd and n"
+        )
+    from scipy.special import stdtr, stdtrit
+
+    standard_error, df = _welch(runs, target)
+    if standard_error == 0:
+        raise InputError("all runs are equal and the target has no scatter: there is nothing to test with")
+    difference = runs.mean - target.mean
+    half_width = float(stdtrit(df, 1 - alpha) * standard_error)
+    t = difference / standard_error
+    return Equivalence(
+        runs=runs,
+        target=target,
+        margin=float(margin),
+        alpha=alpha,
+        difference=difference,
+        standard_error=standard_error,
+        df=df,
+        p_lower=float(stdtr(df, -(difference + margin) / standard_error)),
+        p_upper=float(stdtr(df, (difference - margin) / standard_error)),
+        interval=(difference - half_width, difference + half_width),
+        t=t,
+        p_difference=float(2 * stdtr(df, -abs(t))),
+        power=tost_power(margin, standard_error, df, alpha),
+        n_for_power=_runs_for_power(runs, target, margin, alpha),
+    )
+
+
+def _welch(runs: Sample, target: Sample) -> tuple[float, float]:
+    """Standard error of the difference and its degrees of freedom."""
+    parts = [(sample.sd**2 / sample.n, sample.n - 1) for sample in (runs, target) if sample.sd is not None]
+    total = sum(variance for variance, _ in parts)
+    if total == 0:
+        return 0.0, float(parts[0][1])
+    return float(np.sqrt(total)), float(
+        total**2 / sum(variance**2 / df for variance, df in parts if variance)
+    )
+
+
+def tost_power(margin: float, standard_error: float, df: float, alpha: float = 0.05) -> float:
+    r"""Power of TOST at no true difference.
+
+    :math:`\max(0, 2 P(T_{df,\delta} > t_{1-\alpha,df}) - 1)`, T noncentral.
+
+    The noncentrality is margin / standard_error.
+    """
+    from scipy.special import nctdtr, stdtrit
+
+    passed = 1 - nctdtr(df, margin / standard_error, stdtrit(df, 1 - alpha))
+    return float(np.clip(2 * passed - 1, 0, 1))
+
+
+def _runs_for_power(
+    runs: Sample, target: Sample, margin: float, alpha: float, power: float = 0.8
+) -> int | None:
+    for n in range(2, 1001):
+        standard_error, df = _welch(Sample(runs.mean, runs.sd, n), target)
+        if standard_error == 0 or tost_power(margin, standard_error, df, alpha) >= power:
+            return n
+    return None
+
+
+def declare_margin(path: Path, margin: float, unit: str = "") -> None:
+    """Write the margin down before the runs.
+
+    Raises
+    ------
+    InputError
+        If the margin is not positive, or another one stands there already.
+    """
+    if not np.isfinite(margin) or margin <= 0:
+        raise InputError(f"the margin is {margin:g}: expected a positive number in the response's unit")
+    if path.exists() and read_margin(path) != margin:
+        raise InputError(
+            f"{path} declares the margin {read_margin(path):g} already, not {margin:g}: a margin is not "
+            "changed after it was declared; use another file for another test"
+        )
+    path.write_text(json.dumps({"margin": margin, "unit": unit}) + "\n", encoding="utf-8")
+
+
+def read_margin(path: Path) -> float:
+    """The margin declared in a file.
+
+    Raises
+    ------
+    InputError
+        If there is none: an equivalence test without a margin declared beforehand is refused.
+    """
+    try:
+        margin = json.loads(path.read_text(encoding="utf-8-sig"))["margin"]
+        if isinstance(margin, bool) or not isinstance(margin, int | float):
+            raise TypeError
+        return float(margin)
+    except OSError:
+        raise InputError(
+            f"no margin was declared in {path}: declare it before the runs are made, with --declare-margin"
+        ) from None
+    except (ValueError, KeyError, TypeError):
+        raise InputError(f'{path} declares no margin: expected {{"margin": number, "unit": "..."}}') from None

@@ -1,0 +1,181 @@
+"""Equivalence tests against statsmodels' own (raw data), their level, the margin declared beforehand."""
+
+import numpy as np
+import pytest
+
+from pellet_study.doe import validation
+from pellet_study.doe.text import equivalence_text
+from pellet_study.doe.validation import Sample, equivalence, sample_of
+from pellet_study.errors import InputError
+
+# heights printed by T. S. Juzek, "The TOST - an example of setting delta", with their means and sd
+ANSTRUTHER = [
+    173,
+    168,
+    150,
+    171,
+    166,
+    161,
+    170,
+    163,
+    164,
+    169,
+    178,
+    178,
+    158,
+    164,
+    165,
+    165,
+    180,
+    193,
+    174,
+    165,
+    170,
+    180,
+    171,
+    157,
+    169,
+    178,
+    163,
+    167,
+    180,
+    168,
+]
+CRAIL = [
+    164,
+    177,
+    176,
+    154,
+    176,
+    145,
+    170,
+    172,
+    171,
+    171,
+    174,
+    165,
+    169,
+    179,
+    163,
+    166,
+    173,
+    181,
+    169,
+    171,
+    170,
+    153,
+    169,
+    175,
+    178,
+    165,
+    159,
+    163,
+    152,
+    168,
+]
+
+
+def test_means_and_sd_as_printed():
+    first, second = sample_of(ANSTRUTHER), sample_of(CRAIL)
+    assert [round(x, 2) for x in (first.mean, first.sd, second.mean, second.sd)] == [
+        169.27,
+        8.52,
+        167.93,
+        8.59,
+    ]
+
+
+def test_two_samples_as_statsmodels():
+    from statsmodels.stats.weightstats import ttest_ind, ttost_ind
+
+    p, lower, upper = ttost_ind(np.array(ANSTRUTHER), np.array(CRAIL), -5, 5, usevar="unequal")
+    found = equivalence(sample_of(ANSTRUTHER), sample_of(CRAIL), 5)
+    assert found.p == pytest.approx(p)
+    assert (found.p_lower, found.p_upper, found.df) == pytest.approx((lower[1], upper[1], lower[2]))
+    t, p_difference, _ = ttest_ind(np.array(ANSTRUTHER), np.array(CRAIL), usevar="unequal")
+    assert (found.t, found.p_difference) == pytest.approx((t, p_difference))
+
+
+def test_one_sample_as_statsmodels():
+    from statsmodels.stats.weightstats import DescrStatsW
+
+    p, lower, upper = DescrStatsW(CRAIL).ttost_mean(165, 173)
+    found = equivalence(sample_of(CRAIL), Sample(169), 4)
+    assert (found.p, found.p_lower, found.p_upper) == pytest.approx((p, lower[1], upper[1]))
+
+
+def test_equivalence_is_the_interval_inside_the_margin():
+    for margin in (1, 2, 3, 4, 5, 6):
+        found = equivalence(sample_of(ANSTRUTHER), sample_of(CRAIL), margin)
+        assert found.equivalent == (-margin < found.interval[0] and found.interval[1] < margin)
+
+
+def test_level_and_power_by_simulation():
+    rng = np.random.default_rng(3)
+    n, margin = 10, 1.2
+
+    def shown(difference):
+        x = rng.normal(difference, 1, size=(20000, n))
+        error = x.std(axis=1, ddof=1) / np.sqrt(n)
+        t = 1.833112932656236  # printed tables: t(0.95; 9)
+        return np.mean((x.mean(axis=1) + margin > t * error) & (margin - x.mean(axis=1) > t * error))
+
+    assert shown(margin) == pytest.approx(0.05, abs=0.006)
+    predicted = validation.tost_power(margin, 1 / np.sqrt(n), n - 1)
+    assert shown(0.0) == pytest.approx(predicted, abs=0.03)
+
+
+def test_a_large_p_is_never_called_equality():
+    few = equivalence(Sample(41.27, 2.0, 3), Sample(41.69, 0.79, 5), 0.8)
+    text = equivalence_text(few)
+    assert few.p_difference > 0.05 and not few.equivalent
+    assert "equivalence is not shown" in text and "which does not show that there is none" in text
+    assert "n 3" in text and "sd 2" in text and "power" in text
+
+
+def test_a_small_difference_can_be_both_real_and_within_the_margin():
+    found = equivalence(Sample(10.1, 0.1, 50), Sample(10), 0.5)
+    assert found.equivalent and found.different
+
+
+@pytest.mark.parametrize(
+    ("runs", "target", "margin"),
+    [
+        (Sample(1, 0.1, 5), Sample(1), 0),
+        (Sample(1, 0.1, 1), Sample(1), 1),
+        (Sample(1, 0.1, 5), Sample(1, 0.1, 1), 1),
+        (Sample(1, 0.0, 5), Sample(1), 1),
+    ],
+)
+def test_what_cannot_be_tested_is_refused(runs, target, margin):
+    with pytest.raises(InputError):
+        equivalence(runs, target, margin)
+
+
+def test_one_run_is_no_validation():
+    with pytest.raises(InputError, match="2 or more"):
+        sample_of([41.27])
+
+
+def test_the_margin_is_declared_once_before_the_runs(tmp_path):
+    path = tmp_path / "margin.json"
+    with pytest.raises(InputError, match="no margin was declared"):
+        validation.read_margin(path)
+    validation.declare_margin(path, 0.8, "deg")
+    validation.declare_margin(path, 0.8, "deg")
+    assert validation.read_margin(path) == 0.8
+    with pytest.raises(InputError, match="not changed"):
+        validation.declare_margin(path, 1.2, "deg")
+    path.write_text('{"margin": "wide"}')
+    with pytest.raises(InputError, match="expected"):
+        validation.read_margin(path)
+
+
+def test_more_runs_that_reach_the_power_asked_for():
+    found = equivalence(Sample(10, 1.0, 4), Sample(10), 1.0)
+    n = found.n_for_power
+    assert (
+        validation.tost_power(1.0, 1 / np.sqrt(n), n - 1)
+        >= 0.8
+        > validation.tost_power(1.0, 1 / np.sqrt(n - 1), n - 2)
+    )
