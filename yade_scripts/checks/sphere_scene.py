@@ -283,7 +283,7 @@ def pull_off(law, time_step: float, radius: float, other: float | None = None) -
     from yade import O
 
     scene = Scene(law, time_step)
-    overlap = 2e-5 * radius
+    overlap, end = 2e-6 * radius, 2e-4 * radius
     base = 0.0
     if other is None:
         scene.plate()
@@ -293,9 +293,11 @@ def pull_off(law, time_step: float, radius: float, other: float | None = None) -
     touch = base + radius
     body = scene.sphere(radius, (0, 0, touch - overlap), blocked="xyzXYZ")
     state, tension = body.state, 0.0
-    while state.pos[2] < touch + 10 * overlap:
-        # the slower the nearer to touch, where both laws pull hardest or soon after
-        state.vel = (0, 0, max(abs(state.pos[2] - touch), 1e-9 * radius) / (300 * time_step))
+    while state.pos[2] < touch + end:
+        distance = state.pos[2] - touch
+        # slow where the force changes within very little; slower before the touch, where the damper pulls too
+        steps = 3000 if distance < 0 else 300
+        state.vel = (0, 0, max(abs(distance), 1e-9 * radius) / (steps * time_step))
         O.step()
         tension = max(tension, -O.forces.f(body.id)[2])
     return tension
