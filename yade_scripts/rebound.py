@@ -69,10 +69,9 @@ def simulate(case: dict) -> dict:
         """Height of the centre above its height at rest on the plate, along the vertical."""
         return touch - scene.rest_height - sum(d * (x - x0) for d, x, x0 in zip(down, state.pos, start, strict=True))
 
-    step, highest, looks = O.step, -scene.reach, 0
+    highest, looks = -scene.reach, 0
     while True:
-        for _ in range(STEPS_BETWEEN_LOOKS):
-            step()
+        scene.run(STEPS_BETWEEN_LOOKS)
         looks += 1
         upward = -sum(d * v for d, v in zip(down, state.vel, strict=True))
         highest = max(highest, rise())

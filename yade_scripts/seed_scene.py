@@ -37,7 +37,7 @@ def numerics(time_step_fraction: float, stiffness_scale: float) -> dict:
             time_step_fraction, 0.005, 0.25, "1", "of the Rayleigh step of the smallest member"
         ),
         "stiffness_scale": quantity(stiffness_scale, 1e-3, 10.0, "1", "both shear moduli are multiplied by it"),
-        "rolling_spring": quantity(0.02, 1e-5, 0.5, "1", "stiffness of the rolling moment below its limit, in I/dt^2"),
+        "rolling_spring": quantity(0.3, 1e-4, 1.0, "1", "stiffness of the rolling moment below its limit, in I/dt^2"),
     }
 
 
@@ -145,6 +145,38 @@ class SeedScene:
             self.newton,
         ]
         O.dt = self.time_step
+        self._momentum, self._twice_energy = None, 0.0
+
+    def run(self, steps: int) -> None:
+        """Step on; where nothing touched the seed meanwhile, undo the drift of its rotational energy.
+
+        YADE's rotation of aspherical bodies gains energy in free flight, in proportion to the time step (2 % in 50 ms at
+        1000 rad/s and a step of 6 us): enough to double a roll-out. Angular momentum stays exact, so a flight is known
+        by its unchanged angular momentum, and the seed is turned, by the least angle, to the energy it had.
+        """
+        from yade import O, Quaternion, Vector3
+
+        step, state = O.step, self.state
+        for _ in range(steps):
+            step()
+        momentum = Vector3(state.angMom)
+        in_body = state.ori.conjugate() * momentum
+        spin = Vector3(*(a / b for a, b in zip(in_body, state.inertia, strict=True)))
+        twice_energy = in_body.dot(spin)
+        if momentum != self._momentum:
+            self._momentum, self._twice_energy = momentum, twice_energy
+            return
+        square = in_body.dot(in_body)
+        if square == 0:
+            return
+        across = spin - in_body * (twice_energy / square)
+        slope = across.dot(across)
+        if slope * square < 1e-6 * twice_energy**2:  # spinning about a principal axis: nothing drifts
+            return
+        turn = in_body.cross(across) * ((self._twice_energy - twice_energy) / (2 * slope * square))
+        angle = turn.norm()
+        if angle > 0:
+            state.ori = state.ori * Quaternion(turn / angle, -angle)
 
     def kinetic_energy(self) -> float:
         """Kinetic energy per mass, m2/s2, rotation included."""
