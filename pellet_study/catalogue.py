@@ -1,0 +1,193 @@
+"""Rigs and effects by name, read from what their files declare; a study's own come first."""
+
+import importlib.util
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from difflib import get_close_matches
+from functools import cache
+from pathlib import Path
+from typing import NamedTuple
+
+import yade_scripts
+from pellet_study.errors import InputError
+
+SCRIPTS = Path(yade_scripts.__file__).resolve().parent
+CLOSED_FORM = Path(__file__).resolve().parent / "closed_form"
+
+
+class Acting(NamedTuple):
+    """An effect present in a closed form: what it does, and the values of its parameters (arrays)."""
+
+    act: Callable | None
+    values: Mapping
+
+
+@dataclass(frozen=True)
+class Rig:
+    """What turns cases into observables.
+
+    `parameters` and `conditions` map names to {default, min, max, unit, meaning}; `predict` is None on YADE, where
+    `effects` names the effects the rig's script knows.
+    """
+
+    name: str
+    file: Path | None
+    parameters: Mapping
+    conditions: Mapping
+    observables: Mapping
+    predict: Callable | None = None
+    normal_stress: Callable | None = None
+    effects: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A physical effect a model may lack; the first parameter is the amount, further ones its shape.
+
+    `parameters` maps names to {absent or default, min, max, physical, unit, meaning}; `sides` is 1 where the amount
+    has one sign, 2 where it may have either; `rigs` maps a rig to where the effect shows in it.
+    """
+
+    name: str
+    means: str
+    formula: str
+    parameters: Mapping
+    sides: int
+    rigs: Mapping
+    signature: str
+    source: str
+    closed_form: Mapping = field(default_factory=dict)
+    order: int = 1
+
+    @property
+    def amount(self) -> str:
+        """The parameter whose `absent` value means that the effect is not there."""
+        return next(iter(self.parameters))
+
+    def neutral(self) -> dict[str, float]:
+        """Values that mean absent."""
+        return {name: q.get("absent", q.get("default")) for name, q in self.parameters.items()}
+
+
+@dataclass(frozen=True)
+class Catalogue:
+    """Rigs and effects by name."""
+
+    rigs: Mapping[str, Rig]
+    effects: Mapping[str, Effect]
+
+    def acting(self, rig: str) -> list[str]:
+        """Names of the effects that act in a rig."""
+        if self.rigs[rig].predict is None:
+            return [name for name in self.rigs[rig].effects if name in self.effects]
+        return [name for name, effect in self.effects.items() if rig in effect.closed_form]
+
+    def rig(self, name: str, where: str = "") -> Rig:
+        """The rig of that name, or InputError with the nearest name."""
+        if name not in self.rigs:
+            raise InputError(f"{where}rig {name!r} is unknown{nearest(name, self.rigs)}")
+        return self.rigs[name]
+
+    def effect(self, name: str, where: str = "") -> Effect:
+        """The effect of that name, or InputError with the nearest name."""
+        if name not in self.effects:
+            raise InputError(f"{where}effect {name!r} is unknown{nearest(name, self.effects)}")
+        return self.effects[name]
+
+
+def nearest(given: str, accepted) -> str:
+    """`; there are a, b, c; did you mean b?` for an error message."""
+    names = sorted(accepted)
+    near = get_close_matches(str(given), names, n=1)
+    return f"; accepted are {', '.join(names)}" + (f"; did you mean {near[0]!r}?" if near else "")
+
+
+def _load(file: Path):
+    spec = importlib.util.spec_from_file_location(f"{file.parent.name}_{file.stem}", file)
+    module = importlib.util.module_from_spec(spec)
+    try:
+        spec.loader.exec_module(module)
+    except Exception as error:
+        raise InputError(f"{file}: cannot be read as a rig or an effect: {type(error).__name__}: {error}") from error
+    return module
+
+
+def rig_from(module, file: Path | None = None) -> Rig:
+    """The rig a module declares.
+
+    Raises
+    ------
+    InputError : a key is missing
+    """
+    declared = module.RIG
+    missing = [key for key in ("name", "parameters", "conditions", "observables") if key not in declared]
+    if missing:
+        raise InputError(f"{file}: RIG lacks {', '.join(missing)}")
+    return Rig(
+        **{key: declared[key] for key in ("name", "parameters", "conditions", "observables")},
+        file=file,
+        predict=getattr(module, "predict", None),
+        normal_stress=getattr(module, "normal_stress", None),
+        effects=tuple(declared.get("effects", ())),
+    )
+
+
+def effect_from(module, file: Path | None = None) -> Effect:
+    """The effect a module declares.
+
+    Raises
+    ------
+    InputError : a key is missing, the amount has no `absent` value, or a range is empty
+    """
+    declared = module.EFFECT
+    wanted = ("name", "means", "formula", "parameters", "sides", "rigs", "signature", "source")
+    missing = [key for key in wanted if key not in declared]
+    if missing:
+        raise InputError(f"{file}: EFFECT lacks {', '.join(missing)}")
+    for k, (name, quantity) in enumerate(declared["parameters"].items()):
+        needed = ("default" if k else "absent", "min", "max", "unit", "meaning")
+        absent = [key for key in needed if key not in quantity]
+        if absent:
+            raise InputError(f"{file}: parameter {name} lacks {', '.join(absent)}")
+        low, high = quantity.get("physical", (quantity["min"], quantity["max"]))
+        if not quantity["min"] <= low < high <= quantity["max"]:
+            raise InputError(f"{file}: parameter {name}: expected min <= physical range <= max, got {quantity}")
+    return Effect(
+        **{key: declared[key] for key in wanted},
+        closed_form=getattr(module, "CLOSED_FORM", {}),
+        order=getattr(module, "ORDER", 1),
+    )
+
+
+def _declaring(folder: Path, what: str) -> list[Path]:
+    return [
+        file
+        for file in sorted(folder.glob("*.py"))
+        if f"\n{what} = {{" in "\n" + file.read_text(encoding="utf-8", errors="replace")
+    ]
+
+
+@cache
+def standard() -> Catalogue:
+    """The rigs and effects that come with the package."""
+    rigs = [rig_from(importlib.import_module(f"yade_scripts.{f.stem}"), f) for f in _declaring(SCRIPTS, "RIG")]
+    rigs += [
+        rig_from(importlib.import_module(f"pellet_study.closed_form.{f.stem}"), f) for f in _declaring(CLOSED_FORM, "RIG")
+    ]
+    effects = [
+        effect_from(importlib.import_module(f"yade_scripts.effects.{f.stem}"), f)
+        for f in _declaring(SCRIPTS / "effects", "EFFECT")
+    ]
+    return Catalogue({rig.name: rig for rig in rigs}, {e.name: e for e in sorted(effects, key=lambda e: e.order)})
+
+
+def of_study(folder: Path) -> Catalogue:
+    """The package's rigs and effects and those of a study's `rigs/` and `effects/`."""
+    base = standard()
+    rigs = [rig_from(_load(file), file) for file in _declaring(folder / "rigs", "RIG")]
+    effects = [effect_from(_load(file), file) for file in _declaring(folder / "effects", "EFFECT")]
+    everything = {**base.effects, **{e.name: e for e in effects}}
+    return Catalogue(
+        {**base.rigs, **{r.name: r for r in rigs}},
+        dict(sorted(everything.items(), key=lambda item: item[1].order)),
+    )

@@ -1,0 +1,30 @@
+"""Shear cell: at which shear stress does a bed yield under a normal stress?  tau = mu sigma."""
+
+RIG = {
+    "name": "shear_cell",
+    "parameters": {
+        "internal_friction": {
+            "default": 0.5, "min": 0.0, "max": 3.0, "unit": "1", "meaning": "tangent of the angle of internal friction, mu",
+        },
+    },
+    "conditions": {
+        "normal_stress_pa": {
+            "default": 1000.0, "min": 100.0, "max": 10000.0, "positive": True, "unit": "Pa", "meaning": "normal stress, sigma",
+        },
+    },
+    "observables": {"shear_stress_pa": "shear stress at yield, tau"},
+}  # fmt: skip
+
+
+def predict(parameters, conditions, effects):
+    """tau = mu sigma, Pa, and what the effects present make of it."""
+    normal = conditions["normal_stress_pa"]
+    stress = parameters["internal_friction"] * normal
+    for act, values in effects.values():
+        stress = act(stress, normal, conditions, values)
+    return {"shear_stress_pa": stress}
+
+
+def normal_stress(conditions, values):
+    """Normal stress of each row, Pa."""
+    return conditions["normal_stress_pa"]

@@ -1,0 +1,428 @@
+"""How well the present model fits, and where it fails, without asking why.
+
+Lack of fit: chi2 of the cell means over its degrees of freedom against F(n - p, nu), nu the degrees of freedom of the
+scatter of readings. Constancy (Box & Hunter 1962, doi:10.1080/00401706.1962.10490015, as score tests): does a
+calibrated constant drift with a condition? The direction J_k s(log c), s standardised over the rig's cells (and its
+square, and for a constant that several rigs share the rig itself), freed of what the calibration absorbs, against the
+residual; significance of the largest over all directions by Monte Carlo.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from pellet_study import evidence as readings
+from pellet_study.calibrate import Fit, Problem, fit, problem_of
+from pellet_study.evidence import Evidence
+from pellet_study.measurements import Measurement
+from pellet_study.model import Case, Model, key, refuse_too_few
+from pellet_study.study import Study
+
+DRAWS = 5_000
+SEED = 20260101
+LACK_OF_FIT = 0.005
+DRIFT = 0.005
+VISIBLE = 0.03  # share of a direction that must survive the calibration to be tested
+IDENTIFIED = 0.5  # a constant is identified where its 95 % interval is narrower than this share of its range
+
+
+@dataclass(frozen=True)
+class Drift:
+    """A calibrated constant that does not stay constant: z over one condition, p over all directions together."""
+
+    parameter: str
+    rig: str
+    condition: str
+    shape: str
+    z: float
+    p: float
+
+
+@dataclass(frozen=True)
+class RowResidual:
+    """One row of the file beside its prediction; `z` in units of the row's standard uncertainty, None if unknown."""
+
+    row: Measurement
+    predicted: float
+    residual: float
+    z: float | None
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """A calibrated model beside the measurements; what cannot be known is None.
+
+    `chi2`, `dof` count rows; `lack_of_fit_p` compares cell means with the scatter of readings; `needed_setup_percent`
+    maps a rig to the set-up scatter, in percent of the reading, that would excuse its misfit.
+    """
+
+    effects: tuple[str, ...]
+    parameters: dict[str, float]
+    intervals: dict[str, tuple[float, float]]
+    not_identified: tuple[str, ...]
+    at_bound: tuple[str, ...]
+    chi2: float | None
+    dof: int
+    lack_of_fit_p: float | None
+    drifts: tuple[Drift, ...]
+    needed_setup_percent: dict[str, float]
+    rows: tuple[RowResidual, ...]
+    rms_error: float | None
+    holdout_rms_error: float | None
+    rms_error_unit: str
+    warnings: tuple[str, ...]
+
+    @property
+    def fits(self) -> bool:
+        """Neither lack of fit nor a drifting constant."""
+        return (self.lack_of_fit_p is None or self.lack_of_fit_p >= LACK_OF_FIT) and not (
+            self.drifts and self.drifts[0].p < DRIFT
+        )
+
+
+@dataclass(frozen=True)
+class Calibrated:
+    """A model, its evidence and the fit: what the next questions start from."""
+
+    study: Study
+    model: Model
+    evidence: Evidence
+    fit: Fit
+
+
+def calibrate(study: Study, model: Model | None = None) -> Calibrated:
+    """Fit a study's free constants to its rows of split `fit`.
+
+    Raises
+    ------
+    InputError : everything held out, or fewer rows than free parameters
+    """
+    rows = [row for row in study.rows if row.split == "fit"]
+    model = model or Model(study)
+    problem = problem_of(model)
+    refuse_too_few(len(rows), len(problem.free))
+    evidence = with_simulator_noise(readings.gather(model, rows), model)
+    return Calibrated(study, model, evidence, fit(model, evidence, problem))
+
+
+def with_simulator_noise(evidence: Evidence, model: Model) -> Evidence:
+    """Evidence whose variances hold the variance of the model's own means, where it has any."""
+    spread = model.predict(model.base).variance[0, evidence.case]
+    if not spread.any():
+        return evidence
+    from dataclasses import replace
+
+    sd = np.sqrt(evidence.sd**2 + spread)
+    whiten = evidence.whiten * evidence.sd / sd if evidence.whiten.ndim == 1 else evidence.whiten * (evidence.sd / sd)
+    return replace(evidence, sd=sd, whiten=whiten)
+
+
+def lack_of_fit(chi2: float, dof: int, evidence: Evidence) -> float | None:
+    """p of F = chi2/dof against F(dof, nu); None where there is nothing to compare."""
+    if not evidence.scale_known or dof <= 0:
+        return None
+    return float(stats.f.sf(chi2 / dof, dof, evidence.dof))
+
+
+def absorbed(jacobian: np.ndarray) -> np.ndarray:
+    """Orthonormal basis of what the free constants absorb, (n, rank)."""
+    if jacobian.size == 0:
+        return np.zeros((jacobian.shape[0], 0))
+    size = np.linalg.norm(jacobian, axis=0)
+    scaled = jacobian / np.where(size > 0, size, 1)
+    u, s, _ = np.linalg.svd(scaled, full_matrices=False)
+    return u[:, s > 1e-7 * max(s.max(), 1e-300)]
+
+
+def visible(directions: np.ndarray, basis: np.ndarray) -> np.ndarray:
+    """(k, n) directions less what the free constants absorb."""
+    return directions - (directions @ basis) @ basis.T
+
+
+_GAUSSIAN: dict[tuple[int, int], np.ndarray] = {}
+
+
+def largest_null(unit: np.ndarray, dof: float, two_sided: bool, draws: int = DRAWS) -> np.ndarray:
+    """Draws of the largest of several unit directions' scores over noise whose scale is known with `dof`.
+
+    Parameters
+    ----------
+    unit : (k, n) unit vectors
+    """
+    rng = np.random.default_rng(SEED)
+    values, vectors = np.linalg.eigh(unit @ unit.T)
+    root = vectors * np.sqrt(np.maximum(values, 0))
+    gaussian = _GAUSSIAN.get((draws, len(unit)))
+    if gaussian is None:
+        gaussian = _GAUSSIAN[draws, len(unit)] = rng.standard_normal((draws, len(unit)))
+    z = gaussian @ root.T
+    largest = (np.abs(z) if two_sided else z).max(axis=1)
+    if np.isfinite(dof):
+        scale = _GAUSSIAN.get((draws, -int(dof)))
+        if scale is None:
+            scale = np.sqrt(np.random.default_rng(SEED + 1).chisquare(dof, draws) / dof)
+            _GAUSSIAN[draws, -int(dof)] = scale
+        largest = largest / scale
+    return np.sort(largest)
+
+
+def exceedance(null: np.ndarray, value: float) -> float:
+    """Share of sorted null draws at or above a value, never quite zero."""
+    return float((len(null) - np.searchsorted(null, value, side="left") + 1) / (len(null) + 1))
+
+
+def scale_of(chi2: float, largest: float, dof: int, evidence: Evidence) -> tuple[float, float]:
+    """Birge ratio with one direction taken out, and the degrees of freedom it is known with.
+
+    b = sqrt(max(1, (chi2 - z^2)/(dof - 1))) (Birge 1932, doi:10.1103/PhysRev.40.207); without stated scatter not bounded by 1.
+    """
+    left = max(chi2 - largest**2, 0.0)
+    if dof <= 1:
+        return (1.0, evidence.dof) if evidence.scale_known else (np.inf, 1.0)
+    ratio = np.sqrt(left / (dof - 1))
+    if evidence.scale_known and ratio <= 1:
+        return 1.0, evidence.dof
+    return max(float(ratio), 1e-12), float(dof - 1)
+
+
+def drifts(state: Calibrated) -> tuple[Drift, ...]:
+    """Constancy of every calibrated constant over every condition, the worst first."""
+    names = [state.model.names[c] for c in state.fit.problem.free]
+    labels, directions = drift_directions(state.model, state.evidence, state.fit, names)
+    if not labels:
+        return ()
+    basis = absorbed(state.fit.jacobian)
+    seen = visible(directions, basis)
+    size = np.linalg.norm(seen, axis=1)
+    keep = size > VISIBLE * np.maximum(np.linalg.norm(directions, axis=1), 1e-300)
+    if not keep.any():
+        return ()
+    unit = seen[keep] / size[keep, None]
+    z = unit @ state.fit.residual
+    dof = len(state.evidence.case) - basis.shape[1]
+    scale, known = scale_of(state.fit.chi2, float(np.abs(z).max()), dof, state.evidence)
+    if not np.isfinite(scale):
+        return ()
+    null = largest_null(unit, known, two_sided=True)
+    kept = [label for label, k in zip(labels, keep, strict=True) if k]
+    found = [Drift(*label, z=float(v / scale), p=exceedance(null, abs(v) / scale)) for label, v in zip(kept, z, strict=True)]
+    return tuple(sorted(found, key=lambda d: -abs(d.z)))
+
+
+def drift_directions(model: Model, evidence: Evidence, fitted: Fit, names: Sequence[str]):
+    """Labels (parameter, rig, condition, shape) and (k, n) whitened directions of drift."""
+    rigs = np.array([model.cases[c].rig for c in evidence.case], dtype=object)
+    labels, directions = [], []
+    diagonal = evidence.whiten.ndim == 1
+    raw = fitted.jacobian if diagonal else np.linalg.solve(evidence.whiten, fitted.jacobian)
+
+    def add(label, weights, column):
+        direction = weights * raw[:, column]
+        labels.append(label)
+        directions.append(direction if diagonal else evidence.whiten @ direction)
+
+    for rig in dict.fromkeys(rigs):
+        mine = rigs == rig
+        cases = [model.cases[c] for c in evidence.case[mine]]
+        shapes = []
+        for condition in cases[0].conditions:
+            values = np.array([case.conditions[condition] for case in cases])
+            levels = len(np.unique(values))
+            if levels < 2:
+                continue
+            s = np.log(values) if (values > 0).all() else values
+            s = (s - s.mean()) / s.std()
+            shapes.append((condition, "rises", s))
+            if levels > 2:
+                shapes.append((condition, "bends", s**2 - 1))
+        for column, name in enumerate(names):
+            if not np.linalg.norm(fitted.jacobian[mine, column]) > 0:
+                continue
+            for condition, shape, s in shapes:
+                weights = np.zeros(len(rigs))
+                weights[mine] = s
+                add((name, rig, condition, shape), weights, column)
+            if np.linalg.norm(fitted.jacobian[~mine, column]) > 0:
+                add((name, rig, "rig", "differs"), mine.astype(float), column)
+    return labels, np.array(directions)
+
+
+def compare(study: Study, state: Calibrated | None = None) -> Comparison:
+    """Calibrate a study's present model and look at what is left."""
+    state = state or calibrate(study)
+    model, evidence, fitted = state.model, state.evidence, state.fit
+    names = [model.names[c] for c in fitted.problem.free]
+    rank = absorbed(fitted.jacobian).shape[1]
+    cells, fit_rows = len(evidence.case), [row for row in study.rows if row.split == "fit"]
+    p_fit = lack_of_fit(fitted.chi2, cells - len(names), evidence)
+    intervals, loose = intervals_of(state)
+    warnings = list(evidence.warnings)
+    dof = len(fit_rows) - len(names)
+    if cells <= rank:
+        warnings.append(
+            "there are as many free parameters as different cases: any model fits, these data can show no missing effect; "
+            "measure under more conditions"
+        )
+    stuck = tuple(n for n, s in zip(names, fitted.at_bound, strict=True) if s)
+    if stuck:
+        warnings.append(f"{', '.join(stuck)} at the bound of its range: the range, or the model, does not hold the data")
+    if loose:
+        warnings.append(f"not identified by these data: {', '.join(loose)}")
+    for name, setting in study.parameters.items():
+        if setting.free and name not in model.column:
+            warnings.append(f"{name} is free, but acts in none of the rigs used")
+    sd = {}
+    for c, u in zip(evidence.case, evidence.sd, strict=True):
+        sd[c] = u
+    rows = row_residuals(state, sd)
+    observables = {(r.row.rig, r.row.observable) for r in rows}
+    single = len({o for _, o in observables}) == 1
+    unit = next(iter(observables))[1].rsplit("_", 1)[-1] if single else "standard uncertainties"
+
+    def rms(split: str) -> float | None:
+        errors = [r.residual if single else r.z for r in rows if r.row.split == split]
+        if not errors or any(e is None for e in errors):
+            return None
+        return float(np.sqrt(np.mean(np.square(errors))))
+
+    whole = fitted.chi2 + evidence.replicate_chi2 if evidence.scale_known else None
+    return Comparison(
+        effects=tuple(study.effects),
+        parameters={**{n: float(s.value) for n, s in model.settings.items()}, **dict(zip(names, map(float, fitted.values), strict=True))},
+        intervals=intervals,
+        not_identified=loose,
+        at_bound=stuck,
+        chi2=whole,
+        dof=dof,
+        lack_of_fit_p=p_fit,
+        drifts=drifts(state),
+        needed_setup_percent=needed_setup(state),
+        rows=rows,
+        rms_error=rms("fit"),
+        holdout_rms_error=rms("holdout"),
+        rms_error_unit=unit,
+        warnings=tuple(warnings),
+    )
+
+
+def covariance(fitted: Fit) -> np.ndarray:
+    """(J' J)^-1 over the free columns, generalised where singular."""
+    return np.linalg.pinv(fitted.jacobian.T @ fitted.jacobian, rcond=1e-12, hermitian=True)
+
+
+def intervals_of(state: Calibrated) -> tuple[dict[str, tuple[float, float]], tuple[str, ...]]:
+    """95 % intervals theta +- t b se, cut at the bounds, and the names of the constants the data do not pin down."""
+    fitted, evidence = state.fit, state.evidence
+    names = [state.model.names[c] for c in fitted.problem.free]
+    if not names:
+        return {}, ()
+    dof = len(evidence.case) - len(names)
+    if evidence.scale_known:
+        t = stats.t.ppf(0.975, evidence.dof)
+        ratio = np.sqrt(fitted.chi2 / dof) if dof > 0 else 1.0
+        p = lack_of_fit(fitted.chi2, dof, evidence)
+        if p is not None and p < 0.05 and ratio > 1:
+            t = stats.t.ppf(0.975, dof) * ratio
+    elif dof > 0:
+        t = stats.t.ppf(0.975, dof) * np.sqrt(fitted.chi2 / dof)
+    else:
+        t = np.inf
+    span = fitted.problem.high - fitted.problem.low
+    scaled = fitted.jacobian * span
+    normal = scaled.T @ scaled
+    tiny = np.linalg.eigvalsh(normal).max() * 1e-13 + 1e-300
+    se = np.sqrt(np.diag(np.linalg.inv(normal + tiny * np.eye(len(names))))) * span
+    found, loose = {}, []
+    for k, name in enumerate(names):
+        half = t * se[k]
+        value, low, high = fitted.values[k], fitted.problem.low[k], fitted.problem.high[k]
+        if not 2 * half < IDENTIFIED * span[k]:
+            loose.append(name)
+        found[name] = (float(max(low, value - half)), float(min(high, value + half)))
+    return found, tuple(loose)
+
+
+def needed_setup(state: Calibrated) -> dict[str, float]:
+    """Set-up scatter, percent of the reading, that each rig's cells would need for chi2 = cells - their share of p."""
+    evidence, fitted = state.evidence, state.fit
+    if not evidence.scale_known:
+        return {}
+    rigs = np.array([state.model.cases[c].rig for c in evidence.case], dtype=object)
+    n, p = len(evidence.case), len(fitted.problem.free)
+    plain = state.evidence.mean - state.model.predict(fitted.point).mean[0, evidence.case]
+    found = {}
+    for rig in dict.fromkeys(rigs):
+        mine = rigs == rig
+        share = mine.sum() * max(n - p, 1) / n
+        r, v, y = plain[mine], evidence.sd[mine] ** 2, np.abs(evidence.mean[mine])
+
+        def chi2(tau, r=r, v=v, y=y):
+            return (r**2 / (v + (tau * y) ** 2)).sum()
+
+        low, high = 0.0, 10.0
+        if chi2(0.0) > share:
+            for _ in range(50):
+                middle = 0.5 * (low + high)
+                low, high = (middle, high) if chi2(middle) > share else (low, middle)
+        else:
+            high = 0.0
+        found[rig] = 100 * high
+    return found
+
+
+def row_residuals(state: Calibrated, sd: dict[int, float]) -> tuple[RowResidual, ...]:
+    """Every row beside its prediction; z by the uncertainty of the row itself (not of its cell)."""
+    model, study = state.model, state.study
+    place = {key(case): k for k, case in enumerate(model.cases)}
+    predicted = model.predict(state.fit.point)
+    reading = reading_sd(study, model)
+    found = []
+    for k, row in enumerate(study.rows):
+        c = place[key(row)]
+        value = float(predicted.mean[0, c])
+        spread = reading[k]
+        z = None
+        if spread is not None:
+            total = np.sqrt(spread**2 / row.n + row.setup_sd**2 + predicted.variance[0, c])
+            z = float((row.value - value) / total)
+        found.append(RowResidual(row, value, row.value - value, z))
+    return tuple(found)
+
+
+def reading_sd(study: Study, model: Model) -> list[float | None]:
+    """Standard deviation of one reading for each row: as stated, else pooled from replicates, else None."""
+    pooled: dict[tuple[str, str], tuple] = {}
+    for group in {(row.rig, row.observable) for row in study.rows}:
+        cells: dict[tuple, list[Measurement]] = {}
+        for row in study.rows:
+            if (row.rig, row.observable) == group and row.sd is None and row.split == "fit":
+                cells.setdefault((key(row), row.setup), []).append(row)
+        means = np.array([np.average([r.value for r in c], weights=[r.n for r in c]) for c in cells.values()])
+        dof = np.array([len(c) - 1.0 for c in cells.values()])
+        if not len(means) or dof.sum() == 0:
+            continue
+        within = np.array([sum(r.n * (r.value - m) ** 2 for r in c) for c, m in zip(cells.values(), means, strict=True)])
+        sd = np.sqrt(within / np.maximum(dof, 1))
+        pooled[group] = (means, readings.pooled_sd(means, sd, dof))
+    found: list[float | None] = []
+    for row in study.rows:
+        spread = row.sd
+        if spread is None and (row.rig, row.observable) in pooled:
+            means, sd = pooled[row.rig, row.observable]
+            spread = float(sd[np.argmin(np.abs(means - row.value))])
+            spread = spread if spread > 0 else None
+        if spread is None:
+            others = [r.sd for r in study.rows if (r.rig, r.observable) == (row.rig, row.observable) and r.sd is not None]
+            spread = float(np.sqrt(np.mean(np.square(others)))) if others else None
+        found.append(spread)
+    return found
+
+
+def predictions_at(model: Model, cases: Sequence[Case], points: np.ndarray) -> np.ndarray:
+    """Predicted means of a study's model at other cases, (points, cases)."""
+    return Model(model.study, cases, model.engines).predict(points).mean
+
+
+__all__ = ["Calibrated", "Comparison", "Drift", "Problem", "calibrate", "compare", "drifts"]

@@ -1,0 +1,621 @@
+"""Which absent effects would explain the misfit.
+
+1. Signature of each candidate: the change of the predictions at the size that shows with three standard errors after
+   the calibration has absorbed what it can (a small step misleads where the shape changes with the size).
+2. Gate: the largest signed score of all candidates against its null distribution by Monte Carlo (max-T), in units of
+   the residual scatter where that exceeds the replicates' (Birge).
+3. Refit of every candidate within its physical range; ranking by chi2; a candidate explains where neither lack of fit
+   nor a drifting constant is left. All that explain and lie within 4 of the best are tied; pairs are looked at where
+   no single effect explains.
+4. The next measurement: where the rivals' predictions differ most over the uncertainty of that difference
+   (Buzzi-Ferraris & Forzatti 1983, doi:10.1016/0009-2509(83)80012-8; Box & Hill 1967, doi:10.2307/1266318).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from itertools import combinations, product
+
+import numpy as np
+from scipy import stats
+
+from pellet_study.calibrate import Fit, Problem, fit_many
+from pellet_study.compare import (
+    VISIBLE,
+    Calibrated,
+    Comparison,
+    absorbed,
+    calibrate,
+    compare,
+    covariance,
+    drifts,
+    exceedance,
+    lack_of_fit,
+    largest_null,
+    reading_sd,
+    scale_of,
+    visible,
+)
+from pellet_study.model import Case, Model
+from pellet_study.study import Study
+
+GATE = 0.04  # for the first effect; lack of fit and drift spend the rest of 5 %
+GATE_AGAIN = 0.01  # for each further one
+LEFT_OVER = 0.01  # lack of fit or drift that an explanation may not leave
+TIE = 4.0  # chi2 within which rivals explain alike
+PAIR_GAIN = 9.0  # chi2 by which a pair must beat a single effect that explains
+PAIRS_REFITTED = 14
+STEP = 3.0  # standard errors, the size at which signatures are taken
+PLAUSIBLE = 4.0  # chi2 by which a fit beyond the physical range must be better to be called implausible
+LEVELS = 7  # per condition, of the measurements that could come next
+SEPARATES = 4.0
+
+
+@dataclass(frozen=True)
+class Signature:
+    """How an effect of a size shows in the whitened residuals: `unit` freed of what the calibration absorbs."""
+
+    effect: str
+    sign: int
+    size: float
+    shape: dict[str, float]
+    unit: np.ndarray
+    length: float
+    visible_share: float
+
+
+@dataclass(frozen=True)
+class Suspect:
+    """One absent effect against the data.
+
+    `score` is signed, in standard errors; `value` the fitted parameters; `note` is empty, or what speaks against it:
+    "wrong sign", "implausible size", "these data cannot show it"; `smallest_visible` is the amount that would be
+    noticed in 80 of 100 such data sets.
+    """
+
+    effect: str
+    score: float | None
+    p: float | None
+    p_adjusted: float | None
+    chi2_drop: float
+    value: dict[str, float]
+    interval: tuple[float, float] | None
+    visible_share: float
+    smallest_visible: float | None
+    lack_of_fit_p: float | None
+    explains: bool
+    note: str
+    beyond: dict[str, float]
+
+
+@dataclass(frozen=True)
+class NextMeasurement:
+    """What to measure, and what each rival predicts there (with its own uncertainty and that of the reading)."""
+
+    rig: str
+    observable: str
+    conditions: dict[str, float]
+    predictions: dict[str, float]
+    uncertainties: dict[str, float]
+    separation: float
+
+
+@dataclass(frozen=True)
+class Rival:
+    """A set of effects to add, fitted."""
+
+    effects: tuple[str, ...]
+    fit: Fit
+    explains: bool
+
+
+@dataclass(frozen=True)
+class Diagnosis:
+    """The answer to "which effect is missing?"; `missing` names what stands out, `tied` what explains alike."""
+
+    verdict: str
+    missing: tuple[str, ...]
+    tied: tuple[tuple[str, ...], ...]
+    ranking: tuple[Suspect, ...]
+    next_measurement: NextMeasurement | None
+    gate_p: float | None
+    comparison: Comparison
+    rivals: tuple[Rival, ...]
+    warnings: tuple[str, ...]
+
+
+def diagnose(
+    study: Study, state: Calibrated | None = None, gate: float = GATE, comparison: Comparison | None = None,
+    propose: bool = True,
+) -> Diagnosis:
+    """Rank the effects a study's model lacks; changes nothing."""
+    state = state or calibrate(study)
+    comparison = comparison or compare(study, state)
+    evidence, fitted = state.evidence, state.fit
+    warnings = list(comparison.warnings)
+    names = [name for name in study.absent() if name in state.model.effects]
+    basis = absorbed(fitted.jacobian)
+    dof = len(evidence.case) - basis.shape[1]
+    found = signatures(state, names, basis)
+    shown = [s for s in found if s.visible_share >= VISIBLE and s.length >= 1.0]
+    if dof < 1 or (dof < 2 and not evidence.scale_known):
+        warnings.append("too few different cases beyond the free parameters: no effect can be shown by these data")
+        ranking = tuple(_unjudged(state, name, found) for name in names)
+        return Diagnosis("adequate" if comparison.fits else "unexplained", (), (), ranking, None, None, comparison, (), tuple(warnings))
+    gate_p, scale, known, scores, null = None, 1.0, evidence.dof, np.zeros(0), np.zeros(0)
+    if shown:
+        unit = np.array([s.unit for s in shown])
+        scores = unit @ fitted.residual
+        scale, known = scale_of(fitted.chi2, float(max(scores.max(), 0.0)), dof, evidence)
+        null = largest_null(unit, known, two_sided=False)
+        gate_p = exceedance(null, scores.max() / scale)
+    open_gate = gate_p is not None and gate_p < gate
+    if not names:
+        warnings.append("no absent effect acts in the rigs used: there is nothing to rank")
+    singles, beyond = refits(state, names, shown, scores) if shown else ({}, {})
+    needed = open_gate or not comparison.fits
+    rivals = judge(state, singles.values(), known) if needed else [Rival(k, f, False) for k, f in singles.items()]
+    ranking = _ranking(state, names, found, shown, scores / scale, null, known, rivals, beyond)
+    plausible = {s.effect for s in ranking if not s.note}
+    verdict, chosen = "adequate", []
+    if needed:
+        verdict = "unexplained"
+        if open_gate:
+            chosen = explanations(state, [r for r in rivals if set(r.effects) <= plausible], shown, scores, known, plausible)
+    missing: tuple[str, ...] = ()
+    tied: tuple[tuple[str, ...], ...] = ()
+    if len(chosen) == 1:
+        verdict, missing = "missing", chosen[0].effects
+    elif len(chosen) > 1:
+        verdict, tied = "tied", tuple(r.effects for r in chosen)
+    rest = sorted((r for r in rivals if r.effects not in {c.effects for c in chosen}), key=lambda r: r.fit.chi2)
+    proposal = None
+    if chosen and propose:
+        pool = chosen if len(chosen) > 1 else [*chosen, *_runner_up(rest, beyond)]
+        proposal = next_measurement(state, pool)
+        if proposal is None and len(chosen) > 1:
+            warnings.append("no measurement within the possible conditions separates the tied explanations")
+    if needed and not open_gate:
+        warnings.append("the model fails, but in no way that one of the candidates would make it fail")
+    return Diagnosis(verdict, missing, tied, ranking, proposal, gate_p, comparison, tuple([*chosen, *rest]), tuple(warnings))
+
+
+def _runner_up(rest: Sequence[Rival], beyond: dict[str, Fit]) -> list[Rival]:
+    """The next best single effect, at the size it would need even if that is implausible."""
+    if not rest:
+        return []
+    pool = [Rival(r.effects, min((r.fit, beyond.get(r.effects[0], r.fit)), key=lambda f: f.chi2), False) for r in rest if len(r.effects) == 1]
+    return sorted(pool, key=lambda r: r.fit.chi2)[:1]
+
+
+def columns_of(model: Model, effect: str) -> list[int]:
+    """Columns of an effect's parameters, the amount first."""
+    return [model.column[f"{effect}.{p}"] for p in model.study.catalogue.effects[effect].parameters]
+
+
+def physical(model: Model, effect: str) -> list[tuple[float, float]]:
+    """Physical range of each of an effect's parameters."""
+    quantities = model.study.catalogue.effects[effect].parameters.values()
+    return [q.get("physical", (q["min"], q["max"])) for q in quantities]
+
+
+def signatures(state: Calibrated, names: Sequence[str], basis: np.ndarray) -> list[Signature]:
+    """Signatures of effects at the size that shows with three standard errors, or at the physical limit.
+
+    One for each side an effect may take and each of three shapes where it has shape parameters.
+    """
+    model, evidence, point = state.model, state.evidence, state.fit.point
+    shares = np.geomspace(1e-4, 1, 13) if model.step < 1e-3 else np.array([0.1, 0.3, 1.0])
+    trials, labels = [point], []
+    for name in names:
+        effect = model.study.catalogue.effects[name]
+        columns, ranges = columns_of(model, name), physical(model, name)
+        absent = effect.neutral()[effect.amount]
+        shapes = [{}]
+        if len(columns) > 1:
+            keys = list(effect.parameters)[1:]
+            shapes = [dict(zip(keys, values, strict=True)) for values in product(*[_three(*r) for r in ranges[1:]])]
+        for sign in (1, -1) if effect.sides == 2 else (1,):
+            reach = (ranges[0][1] if sign > 0 else ranges[0][0]) - absent
+            if reach == 0:
+                continue
+            for shape in shapes:
+                sizes = absent + reach * shares
+                for size in sizes:
+                    trial = point.copy()
+                    trial[columns[0]] = size
+                    for k, value in zip(columns[1:], shape.values(), strict=True):
+                        trial[k] = value
+                    trials.append(trial)
+                labels.append((name, sign, shape, sizes, absent, reach))
+    if not labels:
+        return []
+    means = model.predict(np.array(trials)).mean[:, evidence.case]
+    change = evidence.whitened(means[1:] - means[0]).reshape(len(labels), len(shares), -1)
+    change = np.nan_to_num(change, nan=0.0, posinf=0.0, neginf=0.0)
+    seen = change - (change @ basis) @ basis.T
+    length = np.linalg.norm(seen, axis=2)
+    finer, sizes_at = [], []
+    for k, (name, _, shape, sizes, absent, reach) in enumerate(labels):
+        above = np.flatnonzero(length[k] >= STEP)
+        share = shares[-1]
+        if len(above):
+            i = above[0]
+            share = shares[i]
+            if i > 0 and length[k, i - 1] > 0:
+                slope = np.log(length[k, i] / length[k, i - 1]) / np.log(shares[i] / shares[i - 1])
+                if slope > 0.05:
+                    share = shares[i - 1] * (STEP / length[k, i - 1]) ** (1 / slope)
+        if model.step >= 1e-3:
+            share = shares[above[0]] if len(above) else shares[-1]
+        sizes_at.append(absent + reach * min(share, 1.0))
+        trial = point.copy()
+        columns = columns_of(model, name)
+        trial[columns[0]] = sizes_at[-1]
+        for c, value in zip(columns[1:], shape.values(), strict=True):
+            trial[c] = value
+        finer.append(trial)
+    means = model.predict(np.array([point, *finer])).mean[:, evidence.case]
+    change = np.nan_to_num(evidence.whitened(means[1:] - means[0]))
+    seen = change - (change @ basis) @ basis.T
+    found = []
+    for k, (name, sign, shape, *_) in enumerate(labels):
+        size, whole = np.linalg.norm(seen[k]), np.linalg.norm(change[k])
+        share = size / whole if whole > 1e-12 else 0.0
+        unit = seen[k] / size if size > 1e-9 else np.zeros_like(seen[k])
+        found.append(Signature(name, sign, float(sizes_at[k]), shape, unit, float(size), float(share)))
+    return found
+
+
+def _three(low: float, high: float) -> tuple[float, float, float]:
+    return (low, float(np.sqrt(low * high)) if low > 0 else 0.5 * (low + high), high)
+
+
+def rival_problem(state: Calibrated, effects: Sequence[str], starts: Sequence[dict[int, float]], wide: bool = False) -> Problem:
+    """The fit of a study's free constants together with those of some absent effects."""
+    model, base = state.model, state.fit.problem
+    columns = [c for e in effects for c in columns_of(model, e)]
+    quantities = [q for e in effects for q in model.study.catalogue.effects[e].parameters.values()]
+    ranges = [(q["min"], q["max"]) if wide else q.get("physical", (q["min"], q["max"])) for q in quantities]
+    point = state.fit.point.copy()
+    rows = []
+    for start in starts:
+        at = point.copy()
+        for c, value in start.items():
+            at[c] = value
+        rows.append(at[[*base.free, *columns]])
+    return Problem(
+        point,
+        (*base.free, *columns),
+        np.concatenate([base.low, [r[0] for r in ranges]]),
+        np.concatenate([base.high, [r[1] for r in ranges]]),
+        np.array(rows),
+    )
+
+
+def refits(state: Calibrated, names: Sequence[str], shown: Sequence[Signature], scores: np.ndarray):
+    """Each shown candidate refitted within its physical range, and without that limit where it ends at it.
+
+    On a simulator only those with a score above 1, and at least the best four.
+    """
+    model = state.model
+    best: dict[str, int] = {}
+    for k, s in enumerate(shown):
+        if s.effect not in best or scores[k] > scores[best[s.effect]]:
+            best[s.effect] = k
+    order = sorted(best, key=lambda e: -scores[best[e]])
+    if model.step >= 1e-3:
+        order = [e for k, e in enumerate(order) if k < 4 or scores[best[e]] > 1]
+    problems = []
+    for name in order:
+        s = shown[best[name]]
+        columns = columns_of(model, name)
+        limit = physical(model, name)[0][1 if s.sign > 0 else 0]
+        first = {columns[0]: s.size, **dict(zip(columns[1:], s.shape.values(), strict=True))}
+        absent = model.study.catalogue.effects[name].neutral()
+        far = {**first, columns[0]: s.size + 0.3 * (limit - s.size)}
+        starts = [first, far]
+        for other in shown:
+            if other.effect == name and other.shape != s.shape and other.sign == s.sign:
+                starts.append({columns[0]: other.size, **dict(zip(columns[1:], other.shape.values(), strict=True))})
+        del absent
+        problems.append(rival_problem(state, [name], starts))
+    fits = dict(zip([(name,) for name in order], fit_many(model, state.evidence, problems), strict=True))
+    stuck = []
+    for (name,), fitted in fits.items():
+        own = len(state.fit.problem.free)
+        quantities = list(model.study.catalogue.effects[name].parameters.values())
+        limited = any(q.get("physical", (q["min"], q["max"])) != (q["min"], q["max"]) for q in quantities)
+        at_limit = any(
+            fitted.at_bound[own + k] and not (k == 0 and fitted.values[own] == q.get("absent"))
+            for k, q in enumerate(quantities)
+        )
+        if limited and at_limit:
+            stuck.append(name)
+    wide = [
+        rival_problem(state, [name], [dict(zip(columns_of(model, name), fits[(name,)].point[columns_of(model, name)], strict=True))], True)
+        for name in stuck
+    ]
+    beyond = dict(zip(stuck, fit_many(model, state.evidence, wide), strict=True))
+    return fits, beyond
+
+
+def judge(state: Calibrated, fits, known: float) -> list[Rival]:
+    """Whether each fitted rival leaves neither lack of fit nor a drifting constant behind."""
+    found = []
+    for fitted in fits:
+        free = fitted.problem.free
+        names = tuple(dict.fromkeys(state.model.names[c].split(".")[0] for c in free[len(state.fit.problem.free):]))
+        p = lack_of_fit(fitted.chi2, len(state.evidence.case) - len(free), state.evidence)
+        explains = p is None or p >= LEFT_OVER
+        if explains:
+            left = drifts(replace(state, fit=fitted))
+            explains = not left or left[0].p >= LEFT_OVER
+        found.append(Rival(names, fitted, explains))
+    return found
+
+
+def unit_of_chi2(state: Calibrated, fitted: Fit) -> float:
+    """The chi2 that counts as one: residual scatter of a fit where it exceeds the stated one, or where none is stated."""
+    dof = max(len(state.evidence.case) - len(fitted.problem.free), 1)
+    ratio = fitted.chi2 / dof
+    return max(1.0, ratio) if state.evidence.scale_known else max(ratio, 1e-12)
+
+
+def penalised(rival: Rival, state: Calibrated) -> float:
+    """chi2 with 2 for each free parameter beyond the effects' amounts, so that shapes do not win by freedom alone."""
+    return rival.fit.chi2 + 2.0 * (len(rival.fit.problem.free) - len(state.fit.problem.free) - len(rival.effects))
+
+
+def explanations(
+    state: Calibrated, singles: Sequence[Rival], shown: Sequence[Signature], scores: np.ndarray, known: float, plausible: set
+) -> list[Rival]:
+    """The tie set: the single effects, else the pairs, that explain the data and lie within 4 of the best."""
+    good = [r for r in singles if r.explains]
+    best = min(good, key=lambda r: penalised(r, state)) if good else None
+    doubtful = best is None
+    if best is not None:
+        p = lack_of_fit(best.fit.chi2, len(state.evidence.case) - len(best.fit.problem.free), state.evidence)
+        doubtful = p is not None and p < 0.05
+    if doubtful:
+        pairs = pair_rivals(state, singles, shown, scores, plausible)
+        pairs = [r for r in judge(state, pairs, known) if r.explains]
+        if pairs:
+            top = min(pairs, key=lambda r: penalised(r, state))
+            if best is None or penalised(top, state) < penalised(best, state) - PAIR_GAIN * unit_of_chi2(state, top.fit):
+                return _tied(state, pairs, top)
+    return _tied(state, good, best) if best is not None else []
+
+
+def _tied(state: Calibrated, rivals: Sequence[Rival], best: Rival) -> list[Rival]:
+    limit = penalised(best, state) + TIE * unit_of_chi2(state, best.fit)
+    return sorted((r for r in rivals if penalised(r, state) < limit), key=lambda r: penalised(r, state))
+
+
+def pair_rivals(state: Calibrated, singles: Sequence[Rival], shown, scores: np.ndarray, plausible: set) -> list[Fit]:
+    """The most promising pairs by their signatures, refitted; each member must bring at least 4."""
+    best: dict[str, int] = {}
+    for k, s in enumerate(shown):
+        if s.effect in plausible and (s.effect not in best or scores[k] > scores[best[s.effect]]):
+            best[s.effect] = k
+    alone = {r.effects[0]: r.fit.chi2 for r in singles if len(r.effects) == 1}
+    promise = []
+    for (a, i), (b, j) in combinations(best.items(), 2):
+        rho = float(shown[i].unit @ shown[j].unit)
+        if abs(rho) > 0.98:
+            continue
+        first, second = (scores[i] - rho * scores[j]) / (1 - rho**2), (scores[j] - rho * scores[i]) / (1 - rho**2)
+        if first > 0 and second > 0:
+            promise.append((first * scores[i] + second * scores[j], a, b, i, j))
+    promise = sorted(promise, key=lambda item: -item[0])[:PAIRS_REFITTED]
+    problems = []
+    for _, a, b, i, j in promise:
+        rows = []
+        for factor in (1.0, 0.5):
+            start = {}
+            for name, k in ((a, i), (b, j)):
+                columns = columns_of(state.model, name)
+                fitted = next((r.fit.point for r in singles if r.effects == (name,)), None)
+                amount = factor * (shown[k].size if fitted is None or factor == 1.0 else fitted[columns[0]])
+                start |= {columns[0]: amount, **dict(zip(columns[1:], shown[k].shape.values(), strict=True))}
+            rows.append(start)
+        problems.append(rival_problem(state, [a, b], rows))
+    fits = fit_many(state.model, state.evidence, problems)
+    return [
+        f
+        for f, (_, a, b, _, _) in zip(fits, promise, strict=True)
+        if f.chi2 < min(alone.get(a, np.inf), alone.get(b, np.inf)) - TIE * unit_of_chi2(state, f)
+    ]
+
+
+def _ranking(state, names, found, shown, scores, null, known, rivals, beyond) -> tuple[Suspect, ...]:
+    evidence, base = state.evidence, len(state.fit.problem.free)
+    fitted = {r.effects[0]: r for r in rivals if len(r.effects) == 1}
+    critical = null[int(0.95 * len(null))] if len(null) else 2.6
+    ranking = []
+    for name in names:
+        effect = state.model.study.catalogue.effects[name]
+        mine = [k for k, s in enumerate(shown) if s.effect == name]
+        if not mine:
+            ranking.append(_unjudged(state, name, found))
+            continue
+        k = max(mine, key=lambda i: scores[i])
+        score, signature = float(scores[k]), shown[k]
+        absent = effect.neutral()[effect.amount]
+        smallest = absent + (signature.size - absent) * (critical + 0.84) / signature.length
+        reach = physical(state.model, name)[0][1 if signature.sign > 0 else 0]
+        visible_size = float(smallest) if abs(smallest - absent) <= abs(reach - absent) else None
+        rival = fitted.get(name)
+        value, interval, drop, p_left, note, wide = {}, None, 0.0, None, "", {}
+        if rival is not None:
+            own = rival.fit.values[base:]
+            value = dict(zip(effect.parameters, map(float, own), strict=True))
+            unit = 1.0 if evidence.scale_known else unit_of_chi2(state, rival.fit)
+            drop = max(0.0, (state.fit.chi2 - rival.fit.chi2) / unit)
+            se = float(np.sqrt(covariance(rival.fit)[base, base] * unit_of_chi2(state, rival.fit)))
+            low, high = rival.fit.problem.low[base], rival.fit.problem.high[base]
+            interval = (float(max(low, own[0] - 2 * se)), float(min(high, own[0] + 2 * se)))
+            p_left = lack_of_fit(rival.fit.chi2, len(evidence.case) - len(rival.fit.problem.free), evidence)
+            if name in beyond:
+                better = rival.fit.chi2 - beyond[name].chi2
+                if better > PLAUSIBLE * unit_of_chi2(state, beyond[name]):
+                    note = "implausible size"
+                    wide = dict(zip(effect.parameters, map(float, beyond[name].values[base:]), strict=True))
+        if score <= 0 and drop < 1.0:
+            note = "wrong sign" if effect.sides == 1 else ""
+        p = stats.t.sf(score, known) if np.isfinite(known) else stats.norm.sf(score)
+        ranking.append(
+            Suspect(
+                effect=name,
+                score=score,
+                p=float(min(1.0, p * effect.sides)),
+                p_adjusted=exceedance(null, score),
+                chi2_drop=float(drop),
+                value=value or {effect.amount: float(absent)},
+                interval=interval,
+                visible_share=signature.visible_share,
+                smallest_visible=visible_size,
+                lack_of_fit_p=p_left,
+                explains=bool(rival and rival.explains),
+                note=note,
+                beyond=wide,
+            )
+        )
+    return tuple(sorted(ranking, key=lambda s: (bool(s.note), -s.chi2_drop, -(s.score or 0.0))))
+
+
+def _unjudged(state: Calibrated, name: str, found: Sequence[Signature]) -> Suspect:
+    effect = state.model.study.catalogue.effects[name]
+    share = max((s.visible_share for s in found if s.effect == name), default=0.0)
+    return Suspect(
+        name, None, None, None, 0.0, {effect.amount: float(effect.neutral()[effect.amount])}, None, share, None, None, False,
+        "these data cannot show it", {},
+    )  # fmt: skip
+
+
+def possible_cases(study: Study) -> list[Case]:
+    """What could be measured next: a grid over each rig's ranges, two conditions at a time, the others as measured."""
+    rigs = dict.fromkeys([*study.rigs, *(study.possible or {})])
+    cases = []
+    for name in rigs:
+        rig = study.catalogue.rigs[name]
+        rows = [row for row in study.rows if row.rig == name]
+        given = (study.possible or {}).get(name)
+        if given is None and study.possible:
+            continue
+        usual = {
+            c: float(np.median([row.conditions[c] for row in rows])) if rows else float(q["default"])
+            for c, q in rig.conditions.items()
+        }
+        levels = {}
+        for condition, quantity in rig.conditions.items():
+            if given is not None:
+                if condition not in given:
+                    continue
+                low, high = given[condition]
+            else:
+                if rows and len({row.conditions[condition] for row in rows}) == 1 and len({r.rig for r in study.rows}) >= 1:
+                    continue  # never varied: nobody said it can be
+                low, high = quantity["min"], quantity["max"]
+            levels[condition] = np.geomspace(low, high, LEVELS) if low > 0 else np.linspace(low, high, LEVELS)
+        observables = {row.observable for row in rows} or set(rig.observables)
+        grid = product(*levels.values()) if len(levels) <= 3 else _pairs_of(levels, usual)
+        for values in grid:
+            conditions = {**usual, **dict(zip(levels, map(float, values), strict=True))}
+            known = dict(rows[0].parameters) if rows else {}
+            cases += [Case(name, observable, conditions, known) for observable in sorted(observables)]
+    return list({(c.rig, c.observable, tuple(c.conditions.values())): c for c in cases}.values())
+
+
+def _pairs_of(levels: dict, usual: dict):
+    for a, b in combinations(levels, 2):
+        for x, y in product(levels[a], levels[b]):
+            yield tuple(x if c == a else y if c == b else usual[c] for c in levels)
+
+
+def reading_uncertainty(state: Calibrated, cases: Sequence[Case], predicted: np.ndarray) -> np.ndarray:
+    """Expected standard uncertainty of one more mean reading at each case, from those of the rig's rows."""
+    study = state.study
+    spread = reading_sd(study, state.model)
+    found = np.empty(len(cases))
+    for k, case in enumerate(cases):
+        rows = [(row, s) for row, s in zip(study.rows, spread, strict=True) if (row.rig, row.observable) == (case.rig, case.observable)]
+        known = [(row, s) for row, s in rows if s]
+        if known:
+            near = min(known, key=lambda item: abs(abs(item[0].value) - abs(predicted[k])))
+            repeats = np.median([max(row.n, sum(r.conditions == row.conditions for r, _ in rows)) for row, _ in known[:50]])
+            found[k] = np.sqrt(near[1] ** 2 / repeats + near[0].setup_sd ** 2)
+        elif rows:
+            found[k] = np.sqrt(state.fit.chi2 / max(len(state.evidence.case) - len(state.fit.problem.free), 1)) * state.evidence.sd[0]
+        else:
+            found[k] = 0.05 * abs(predicted[k])
+    return np.maximum(found, 1e-12)
+
+
+def next_measurement(state: Calibrated, rivals: Sequence[Rival]) -> NextMeasurement | None:
+    """The condition that separates rival explanations best; None where none does."""
+    if len(rivals) < 2:
+        return None
+    cases = possible_cases(state.study)
+    if not cases:
+        return None
+    model = Model(state.study, cases, state.model.engines)
+    chi2 = np.array([r.fit.chi2 for r in rivals])
+    unit = unit_of_chi2(state, min(rivals, key=lambda r: r.fit.chi2).fit)
+    weights = np.exp(-0.5 * np.minimum((chi2 - chi2.min()) / unit, 8.0))
+    weights /= weights.sum()
+    points, places = [], []
+    for rival in rivals:
+        free, span = rival.fit.problem.free, rival.fit.problem.high - rival.fit.problem.low
+        places.append(len(points))
+        points.append(_in(model, state.model, rival.fit.point))
+        for k, column in enumerate(free):
+            moved = rival.fit.point.copy()
+            h = max(model.step, 1e-4) * span[k]
+            moved[column] += h if moved[column] + h <= rival.fit.problem.high[k] else -h
+            points.append(_in(model, state.model, moved))
+    predicted = model.predict(np.array(points)).mean
+    means, variances = [], []
+    for rival, place in zip(rivals, places, strict=True):
+        free, span = rival.fit.problem.free, rival.fit.problem.high - rival.fit.problem.low
+        own = predicted[place]
+        slopes = []
+        for k, column in enumerate(free):
+            h = max(model.step, 1e-4) * span[k]
+            h = h if rival.fit.point[column] + h <= rival.fit.problem.high[k] else -h
+            slopes.append((predicted[place + 1 + k] - own) / h)
+        slopes = np.array(slopes).reshape(len(free), -1)
+        cov = covariance(rival.fit) * unit_of_chi2(state, rival.fit)
+        means.append(own)
+        variances.append(np.einsum("ka,kl,la->a", slopes, cov, slopes))
+    sigma = reading_uncertainty(state, cases, means[0])
+    gain = np.zeros(len(cases))
+    separation = np.zeros(len(cases))
+    for a, b in combinations(range(len(rivals)), 2):
+        d = (means[a] - means[b]) ** 2 / (sigma**2 + variances[a] + variances[b])
+        d = np.nan_to_num(d)
+        gain += weights[a] * weights[b] * d
+        separation = np.maximum(separation, d)
+    best = int(np.argmax(gain))
+    if separation[best] < SEPARATES:
+        return None
+    case = cases[best]
+    labels = [" + ".join(r.effects) for r in rivals]
+    return NextMeasurement(
+        rig=case.rig,
+        observable=case.observable,
+        conditions=dict(case.conditions),
+        predictions={label: float(m[best]) for label, m in zip(labels, means, strict=True)},
+        uncertainties={
+            label: float(np.sqrt(v[best] + sigma[best] ** 2)) for label, v in zip(labels, variances, strict=True)
+        },
+        separation=float(np.sqrt(separation[best])),
+    )
+
+
+def _in(model: Model, source: Model, point: np.ndarray) -> np.ndarray:
+    """A point of one model in the columns of another."""
+    found = model.base.copy()
+    for name, column in source.column.items():
+        if name in model.column:
+            found[model.column[name]] = point[column]
+    return found

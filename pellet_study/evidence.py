@@ -1,0 +1,175 @@
+"""What the readings say before any model: cell means, their variances, how well these are known, set-up scatter.
+
+Rows of one case and one set-up are a cell. The standard deviation of a reading is taken as stated; where it is blank
+it comes from the replicates of the rig and observable, pooled; where there are none it is unknown, and the scatter
+about the fit has to serve.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy import stats
+
+from pellet_study.measurements import Measurement
+from pellet_study.model import Model, key
+
+WELL_KNOWN = 1000  # degrees of freedom given to a standard deviation that is stated without its readings
+SPAN_FOR_PROPORTION = 2.0  # readings must span this factor before noise is allowed to grow with them
+
+
+@dataclass(frozen=True)
+class Evidence:
+    """Cell means to fit, ready whitened.
+
+    Parameters
+    ----------
+    case : (n,) index of each cell's case in the model
+    mean : (n,) cell means
+    sd : (n,) standard uncertainty of each cell mean, set-up included
+    whiten : (n, n) matrix W with W' W the inverse covariance, or (n,) its diagonal
+    dof : degrees of freedom of the stated or pooled standard deviations; 0 where the scale is unknown
+    replicate_chi2, replicate_dof : scatter of rows about their cell mean over its expectation
+    warnings : what the reader must know
+    """
+
+    case: np.ndarray
+    mean: np.ndarray
+    sd: np.ndarray
+    whiten: np.ndarray
+    dof: float
+    replicate_chi2: float
+    replicate_dof: int
+    warnings: tuple[str, ...] = ()
+
+    @property
+    def scale_known(self) -> bool:
+        """Whether the readings themselves say how far they scatter."""
+        return self.dof > 0
+
+    def whitened(self, differences: np.ndarray) -> np.ndarray:
+        """W applied to differences whose last axis runs over the cells."""
+        return differences * self.whiten if self.whiten.ndim == 1 else differences @ self.whiten.T
+
+
+def pooled_sd(means: np.ndarray, sd: np.ndarray, dof: np.ndarray) -> np.ndarray:
+    """Standard deviations of one reading, smoothed over cells: sigma^2 = s^2 ((1 - w) m^2 + w mean^2), m the median |mean|.
+
+    Parameters
+    ----------
+    means, sd, dof : (n,) cell means, standard deviations within cells, their degrees of freedom (0: no replicate)
+
+    Notes
+    -----
+    w (0: constant, 1: proportional to the reading) by likelihood of the cells' variances, and only where the readings
+    span a factor of two; s by pooling.
+    """
+    size = np.abs(means)
+    middle = np.median(size)
+    weights = np.array([0.0])
+    if len(means) > 2 and middle > 0 and size.max() > SPAN_FOR_PROPORTION * size.min():
+        weights = np.array([0.0, 0.3, 0.6, 0.8, 0.9, 0.95, 0.97, 0.99, 0.997, 1.0])
+    shape = (1 - weights[:, None]) * max(middle, 1e-300) ** 2 + weights[:, None] * size**2
+    shape = np.maximum(shape, 1e-12 * max(middle, 1e-150) ** 2)
+    scale = (dof * sd**2 / shape).sum(axis=1) / dof.sum()
+    likelihood = -0.5 * (dof * np.log(np.maximum(scale[:, None], 1e-300) * shape)).sum(axis=1)
+    best = int(np.argmax(likelihood))
+    return np.sqrt(scale[best] * shape[best])
+
+
+def gather(model: Model, rows: Sequence[Measurement]) -> Evidence:
+    """Evidence from the rows to fit."""
+    place = {key(case): k for k, case in enumerate(model.cases)}
+    cells: dict[tuple, list[Measurement]] = {}
+    for row in rows:
+        cells.setdefault((key(row), row.setup, row.setup_sd), []).append(row)
+    members = list(cells.values())
+    case = np.array([place[key(cell[0])] for cell in members])
+    warnings: list[str] = []
+    sd = np.array([_stated(cell) for cell in members])  # of one reading; nan where blank
+    count = np.array([sum(row.n for row in cell) for cell in members], dtype=float)
+    mean = np.array([sum(row.n * row.value for row in cell) for cell in members]) / count
+    within = np.array([sum(row.n * (row.value - m) ** 2 for row in cell) for cell, m in zip(members, mean, strict=True)])
+    repeats = np.array([len(cell) - 1 for cell in members], dtype=float)
+    dof, chi2, chi2_dof, unknown = 0.0, 0.0, 0, np.zeros(len(members), dtype=bool)
+    groups: dict[tuple[str, str], list[int]] = {}
+    for k, cell in enumerate(members):
+        groups.setdefault((cell[0].rig, cell[0].observable), []).append(k)
+    for (rig, observable), indices in groups.items():
+        g = np.array(indices)
+        blank = np.isnan(sd[g])
+        if blank.any():
+            replicated = g[blank & (repeats[g] > 0)]
+            if len(replicated):
+                own = np.zeros(len(g))
+                dofs = np.where(blank, repeats[g], 0.0)
+                own[dofs > 0] = np.sqrt(within[g][dofs > 0] / dofs[dofs > 0])
+                pooled = pooled_sd(mean[g], own, dofs)
+                if not (pooled > 0).all():
+                    warnings.append(f"{rig}: all replicates are equal, so they cannot tell the scatter of a reading")
+                    unknown[g[blank]] = True
+                else:
+                    sd[g[blank]] = pooled[blank]
+                    dof += dofs.sum()
+            elif not blank.all():
+                sd[g[blank]] = np.sqrt(np.nanmean(sd[g] ** 2))
+                warnings.append(f"{rig} {observable}: rows without sd are given that of the others")
+            else:
+                unknown[g] = True
+        stated = g[~blank]
+        if len(stated):
+            readings = count[stated] - np.array([len(members[k]) for k in stated])
+            if (readings > 0).any():
+                sd[stated] = _steadied(mean[stated], sd[stated], readings)
+            dof += (readings.sum() + repeats[stated].sum()) if (readings > 0).any() else WELL_KNOWN
+            expected = repeats[stated].sum()
+            if expected:
+                scatter = float((within[stated] / sd[stated] ** 2).sum())
+                chi2, chi2_dof = chi2 + scatter, chi2_dof + int(expected)
+                if stats.chi2.sf(scatter, expected) < 1e-3:
+                    warnings.append(
+                        f"{rig} {observable}: replicates contradict the stated sd (they scatter "
+                        f"{np.sqrt(scatter / expected):.2g} times as much); their own scatter is used"
+                    )
+                    sd[stated] *= np.sqrt(scatter / expected)
+        elif blank.any() and not unknown[g].all():
+            chi2, chi2_dof = chi2 + float((within[g] / sd[g] ** 2).sum()), chi2_dof + int(repeats[g].sum())
+    setup_sd = np.array([cell[0].setup_sd for cell in members])
+    if unknown.any():
+        for (rig, observable), indices in groups.items():
+            g = np.array(indices)
+            if unknown[g].any():
+                sd[g] = 0.05 * max(np.median(np.abs(mean[g])), 1e-9)
+                warnings.append(f"{rig} {observable}: neither sd nor replicates: how well a model fits cannot be judged")
+        dof = 0.0
+    variance = sd**2 / count + setup_sd**2
+    whiten = 1 / np.sqrt(variance)
+    shared = [c[0].setup for c in members]
+    if any(s and shared.count(s) > 1 and u > 0 for s, u in zip(shared, setup_sd, strict=True)):
+        covariance = np.diag(variance)
+        for a, first in enumerate(members):
+            for b in range(a):
+                second = members[b]
+                if shared[a] and shared[a] == shared[b] and first[0].observable == second[0].observable:
+                    covariance[a, b] = covariance[b, a] = setup_sd[a] * setup_sd[b]
+        whiten = np.linalg.inv(np.linalg.cholesky(covariance + 1e-12 * np.diag(variance)))
+    return Evidence(case, mean, np.sqrt(variance), whiten, dof, chi2, chi2_dof, tuple(warnings))
+
+
+def _stated(cell: list[Measurement]) -> float:
+    """Stated sd of a reading of a cell, nan where any row leaves it blank."""
+    if any(row.sd is None for row in cell):
+        return np.nan
+    return float(np.sqrt(sum(row.n * row.sd**2 for row in cell) / sum(row.n for row in cell)))
+
+
+def _steadied(mean: np.ndarray, sd: np.ndarray, dof: np.ndarray) -> np.ndarray:
+    """Stated sds of few readings each are estimates: pooled where they agree with one another, else as stated."""
+    smooth = pooled_sd(mean, sd, np.maximum(dof, 0.0))
+    ratio = sd / smooth
+    if np.ptp(np.log(ratio)) < 0.05 or (dof <= 0).any():
+        return sd
+    bartlett = float((-dof * np.log(ratio**2)).sum())
+    spread = len(sd) - 1
+    correction = 1 + ((1 / dof).sum() - 1 / dof.sum()) / (3 * spread)
+    return smooth if stats.chi2.sf(bartlett / correction, spread) > 0.01 else sd

@@ -1,0 +1,28 @@
+"""Cohesion: grains stick to each other, so that a shear stress is carried without any normal stress."""
+
+EFFECT = {
+    "name": "cohesion",
+    "means": "grains stick to each other: some shear stress is carried without normal stress",
+    "formula": "tau = mu sigma + c",
+    "parameters": {
+        "cohesive_stress_pa": {
+            "absent": 0.0, "min": 0.0, "max": 20000.0, "physical": (0.0, 5000.0), "unit": "Pa",
+            "meaning": "shear stress carried at zero normal stress, c",
+        },
+    },
+    "sides": 1,
+    "rigs": {
+        "layer_on_incline": "thin layers hold to steeper angles, by c/(rho g h cos a)",
+        "shear_cell": "the yield line does not pass through the origin",
+    },
+    "signature": "the apparent friction rises as the normal stress falls, like 1/stress, whatever the grain size",
+    "source": "Coulomb 1776; Nedderman 1992, Statics and Kinematics of Granular Materials, doi:10.1017/CBO9780511600043",
+}  # fmt: skip
+
+
+def yield_stress(shear_pa, normal_pa, conditions, values):
+    """Shear stress carried, Pa: tau + c."""
+    return shear_pa + values["cohesive_stress_pa"]
+
+
+CLOSED_FORM = {"layer_on_incline": yield_stress, "shear_cell": yield_stress}
