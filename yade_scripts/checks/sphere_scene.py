@@ -303,7 +303,7 @@ def pull_off(law, time_step: float, radius: float, other: float | None = None) -
     return tension
 
 
-def pressed(law, time_step: float, radius: float, plate: bool = True, adhesion: float = 0.0) -> dict:
+def pressed(law, time_step: float, radius: float, overlap: float, plate: bool = True, adhesion: float = 0.0) -> dict:
     """A sphere pressed on the plate (or on a second sphere) is dragged along, then rolled, at a constant overlap.
 
     Parameters
@@ -317,9 +317,8 @@ def pressed(law, time_step: float, radius: float, plate: bool = True, adhesion: 
     """
     from yade import O
 
-    overlap = 1e-3 * radius
     lever = radius - 0.5 * overlap
-    speed = overlap / (3000 * time_step)
+    speed = 4 * overlap / (3000 * time_step)
     read = {}
     for motion in ("static_friction", "rolling_friction"):
         scene = Scene(law, time_step)
