@@ -109,6 +109,37 @@ class Calibrated:
         return abs(self.verification.value - self.reading.value) / self.reading.value * 100
 
 
+def readings(rows) -> dict[str, Reading]:
+    """The reading of each bench rig: the mean over its fit rows, which must share their conditions.
+
+    Parameters
+    ----------
+    rows : measurements.Measurement, any number
+
+    Raises
+    ------
+    InputError : rows of one rig under different conditions
+    """
+    found = {}
+    for stage in STAGES:
+        mine = [r for r in rows if r.rig == stage.rig and r.observable == stage.observable and r.split == "fit"]
+        if not mine:
+            continue
+        if any(dict(row.conditions) != dict(mine[0].conditions) for row in mine):
+            raise InputError(
+                f"measurements, lines {', '.join(str(row.line) for row in mine)}: bench calibrates at one setting, but these "
+                f"{stage.rig} rows differ in their conditions; use `compare` for several, or leave one setting"
+            )
+        n = sum(row.n for row in mine)
+        value = sum(row.n * row.value for row in mine) / n
+        sds = [row.sd for row in mine]
+        sd = None if None in sds else float(np.sqrt(sum(row.n * row.sd**2 for row in mine) / n))
+        if sd is None and len(mine) > 1:
+            sd = float(np.std([row.value for row in mine], ddof=1))
+        found[stage.rig] = Reading(value, sd, n, dict(mine[0].conditions))
+    return found
+
+
 def mean_over_seeds(values: Sequence[float], failed: int = 0) -> Mean:
     """Mean over seeds in their order; the standard error from the scatter of whole blocks of seeds.
 
@@ -206,7 +237,9 @@ class Bench:
         found: list[Calibrated] = []
         fixed = {stage.parameter: 0.0 for stage in STAGES if stage.parameter != "seed_powder_restitution"}
         for stage in stages:
-            result = self.calibrate(stage, readings[stage.rig], {k: v for k, v in fixed.items() if k != stage.parameter})
+            result = self.calibrate(
+                stage, readings[stage.rig], {k: v for k, v in fixed.items() if k != stage.parameter}
+            )
             found.append(result)
             if result.value is None:
                 return found

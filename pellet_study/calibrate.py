@@ -90,9 +90,9 @@ def fit_many(model: Model, evidence: Evidence, problems: Sequence[Problem]) -> l
         rows = np.arange(len(which))
         for k in range(width):
             used = real[which, k]
-            here[rows[used], :, column[which[used], k]] = (
-                low[which[used], k] + span[which[used], k] * at[used, k]
-            )[:, None]
+            here[rows[used], :, column[which[used], k]] = (low[which[used], k] + span[which[used], k] * at[used, k])[
+                :, None
+            ]
         for k in range(width):
             used = real[which, k]
             here[rows[used], 1 + k, column[which[used], k]] += span[which[used], k] * forward[used, k]

@@ -172,7 +172,8 @@ def standard() -> Catalogue:
     """The rigs and effects that come with the package."""
     rigs = [rig_from(importlib.import_module(f"yade_scripts.{f.stem}"), f) for f in _declaring(SCRIPTS, "RIG")]
     rigs += [
-        rig_from(importlib.import_module(f"pellet_study.closed_form.{f.stem}"), f) for f in _declaring(CLOSED_FORM, "RIG")
+        rig_from(importlib.import_module(f"pellet_study.closed_form.{f.stem}"), f)
+        for f in _declaring(CLOSED_FORM, "RIG")
     ]
     effects = [
         effect_from(importlib.import_module(f"yade_scripts.effects.{f.stem}"), f)

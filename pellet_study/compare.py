@@ -207,7 +207,9 @@ def drifts(state: Calibrated) -> tuple[Drift, ...]:
         return ()
     null = largest_null(unit, known, two_sided=True)
     kept = [label for label, k in zip(labels, keep, strict=True) if k]
-    found = [Drift(*label, z=float(v / scale), p=exceedance(null, abs(v) / scale)) for label, v in zip(kept, z, strict=True)]
+    found = [
+        Drift(*label, z=float(v / scale), p=exceedance(null, abs(v) / scale)) for label, v in zip(kept, z, strict=True)
+    ]
     return tuple(sorted(found, key=lambda d: -abs(d.z)))
 
 
@@ -267,7 +269,9 @@ def compare(study: Study, state: Calibrated | None = None) -> Comparison:
         )
     stuck = tuple(n for n, s in zip(names, fitted.at_bound, strict=True) if s)
     if stuck:
-        warnings.append(f"{', '.join(stuck)} at the bound of its range: the range, or the model, does not hold the data")
+        warnings.append(
+            f"{', '.join(stuck)} at the bound of its range: the range, or the model, does not hold the data"
+        )
     if loose:
         warnings.append(f"not identified by these data: {', '.join(loose)}")
     for name, setting in study.parameters.items():
@@ -290,7 +294,10 @@ def compare(study: Study, state: Calibrated | None = None) -> Comparison:
     whole = fitted.chi2 + evidence.replicate_chi2 if evidence.scale_known else None
     return Comparison(
         effects=tuple(study.effects),
-        parameters={**{n: float(s.value) for n, s in model.settings.items()}, **dict(zip(names, map(float, fitted.values), strict=True))},
+        parameters={
+            **{n: float(s.value) for n, s in model.settings.items()},
+            **dict(zip(names, map(float, fitted.values), strict=True)),
+        },
         intervals=intervals,
         not_identified=loose,
         at_bound=stuck,
@@ -403,7 +410,9 @@ def reading_sd(study: Study, model: Model) -> list[float | None]:
         dof = np.array([len(c) - 1.0 for c in cells.values()])
         if not len(means) or dof.sum() == 0:
             continue
-        within = np.array([sum(r.n * (r.value - m) ** 2 for r in c) for c, m in zip(cells.values(), means, strict=True)])
+        within = np.array(
+            [sum(r.n * (r.value - m) ** 2 for r in c) for c, m in zip(cells.values(), means, strict=True)]
+        )
         sd = np.sqrt(within / np.maximum(dof, 1))
         pooled[group] = (means, readings.pooled_sd(means, sd, dof))
     found: list[float | None] = []
@@ -414,7 +423,9 @@ def reading_sd(study: Study, model: Model) -> list[float | None]:
             spread = float(sd[np.argmin(np.abs(means - row.value))])
             spread = spread if spread > 0 else None
         if spread is None:
-            others = [r.sd for r in study.rows if (r.rig, r.observable) == (row.rig, row.observable) and r.sd is not None]
+            others = [
+                r.sd for r in study.rows if (r.rig, r.observable) == (row.rig, row.observable) and r.sd is not None
+            ]
             spread = float(np.sqrt(np.mean(np.square(others)))) if others else None
         found.append(spread)
     return found

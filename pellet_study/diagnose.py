@@ -124,7 +124,10 @@ class Diagnosis:
 
 
 def diagnose(
-    study: Study, state: Calibrated | None = None, gate: float = GATE, comparison: Comparison | None = None,
+    study: Study,
+    state: Calibrated | None = None,
+    gate: float = GATE,
+    comparison: Comparison | None = None,
     propose: bool = True,
 ) -> Diagnosis:
     """Rank the effects a study's model lacks; changes nothing."""
@@ -140,7 +143,17 @@ def diagnose(
     if dof < 1 or (dof < 2 and not evidence.scale_known):
         warnings.append("too few different cases beyond the free parameters: no effect can be shown by these data")
         ranking = tuple(_unjudged(state, name, found) for name in names)
-        return Diagnosis("adequate" if comparison.fits else "unexplained", (), (), ranking, None, None, comparison, (), tuple(warnings))
+        return Diagnosis(
+            "adequate" if comparison.fits else "unexplained",
+            (),
+            (),
+            ranking,
+            None,
+            None,
+            comparison,
+            (),
+            tuple(warnings),
+        )
     gate_p, scale, known, scores, null = None, 1.0, evidence.dof, np.zeros(0), np.zeros(0)
     if shown:
         unit = np.array([s.unit for s in shown])
@@ -160,7 +173,9 @@ def diagnose(
     if needed:
         verdict = "unexplained"
         if open_gate:
-            chosen = explanations(state, [r for r in rivals if set(r.effects) <= plausible], shown, scores, known, plausible)
+            chosen = explanations(
+                state, [r for r in rivals if set(r.effects) <= plausible], shown, scores, known, plausible
+            )
     missing: tuple[str, ...] = ()
     tied: tuple[tuple[str, ...], ...] = ()
     if len(chosen) == 1:
@@ -176,14 +191,20 @@ def diagnose(
             warnings.append("no measurement within the possible conditions separates the tied explanations")
     if needed and not open_gate:
         warnings.append("the model fails, but in no way that one of the candidates would make it fail")
-    return Diagnosis(verdict, missing, tied, ranking, proposal, gate_p, comparison, tuple([*chosen, *rest]), tuple(warnings))
+    return Diagnosis(
+        verdict, missing, tied, ranking, proposal, gate_p, comparison, tuple([*chosen, *rest]), tuple(warnings)
+    )
 
 
 def _runner_up(rest: Sequence[Rival], beyond: dict[str, Fit]) -> list[Rival]:
     """The next best single effect, at the size it would need even if that is implausible."""
     if not rest:
         return []
-    pool = [Rival(r.effects, min((r.fit, beyond.get(r.effects[0], r.fit)), key=lambda f: f.chi2), False) for r in rest if len(r.effects) == 1]
+    pool = [
+        Rival(r.effects, min((r.fit, beyond.get(r.effects[0], r.fit)), key=lambda f: f.chi2), False)
+        for r in rest
+        if len(r.effects) == 1
+    ]
     return sorted(pool, key=lambda r: r.fit.chi2)[:1]
 
 
@@ -270,7 +291,9 @@ def _three(low: float, high: float) -> tuple[float, float, float]:
     return (low, float(np.sqrt(low * high)) if low > 0 else 0.5 * (low + high), high)
 
 
-def rival_problem(state: Calibrated, effects: Sequence[str], starts: Sequence[dict[int, float]], wide: bool = False) -> Problem:
+def rival_problem(
+    state: Calibrated, effects: Sequence[str], starts: Sequence[dict[int, float]], wide: bool = False
+) -> Problem:
     """The fit of a study's free constants together with those of some absent effects."""
     model, base = state.model, state.fit.problem
     columns = [c for e in effects for c in columns_of(model, e)]
@@ -332,7 +355,12 @@ def refits(state: Calibrated, names: Sequence[str], shown: Sequence[Signature], 
         if limited and at_limit:
             stuck.append(name)
     wide = [
-        rival_problem(state, [name], [dict(zip(columns_of(model, name), fits[(name,)].point[columns_of(model, name)], strict=True))], True)
+        rival_problem(
+            state,
+            [name],
+            [dict(zip(columns_of(model, name), fits[(name,)].point[columns_of(model, name)], strict=True))],
+            True,
+        )
         for name in stuck
     ]
     beyond = dict(zip(stuck, fit_many(model, state.evidence, wide), strict=True))
@@ -344,7 +372,7 @@ def judge(state: Calibrated, fits, known: float) -> list[Rival]:
     found = []
     for fitted in fits:
         free = fitted.problem.free
-        names = tuple(dict.fromkeys(state.model.names[c].split(".")[0] for c in free[len(state.fit.problem.free):]))
+        names = tuple(dict.fromkeys(state.model.names[c].split(".")[0] for c in free[len(state.fit.problem.free) :]))
         p = lack_of_fit(fitted.chi2, len(state.evidence.case) - len(free), state.evidence)
         explains = p is None or p >= LEFT_OVER
         if explains:
@@ -367,7 +395,12 @@ def penalised(rival: Rival, state: Calibrated) -> float:
 
 
 def explanations(
-    state: Calibrated, singles: Sequence[Rival], shown: Sequence[Signature], scores: np.ndarray, known: float, plausible: set
+    state: Calibrated,
+    singles: Sequence[Rival],
+    shown: Sequence[Signature],
+    scores: np.ndarray,
+    known: float,
+    plausible: set,
 ) -> list[Rival]:
     """The tie set: the single effects, else the pairs, that explain the data and lie within 4 of the best."""
     good = [r for r in singles if r.explains]
@@ -381,7 +414,9 @@ def explanations(
         pairs = [r for r in judge(state, pairs, known) if r.explains]
         if pairs:
             top = min(pairs, key=lambda r: penalised(r, state))
-            if best is None or penalised(top, state) < penalised(best, state) - PAIR_GAIN * unit_of_chi2(state, top.fit):
+            if best is None or penalised(top, state) < penalised(best, state) - PAIR_GAIN * unit_of_chi2(
+                state, top.fit
+            ):
                 return _tied(state, pairs, top)
     return _tied(state, good, best) if best is not None else []
 
@@ -513,7 +548,11 @@ def possible_cases(study: Study) -> list[Case]:
                     continue
                 low, high = given[condition]
             else:
-                if rows and len({row.conditions[condition] for row in rows}) == 1 and len({r.rig for r in study.rows}) >= 1:
+                if (
+                    rows
+                    and len({row.conditions[condition] for row in rows}) == 1
+                    and len({r.rig for r in study.rows}) >= 1
+                ):
                     continue  # never varied: nobody said it can be
                 low, high = quantity["min"], quantity["max"]
             levels[condition] = np.geomspace(low, high, LEVELS) if low > 0 else np.linspace(low, high, LEVELS)
@@ -538,14 +577,23 @@ def reading_uncertainty(state: Calibrated, cases: Sequence[Case], predicted: np.
     spread = reading_sd(study, state.model)
     found = np.empty(len(cases))
     for k, case in enumerate(cases):
-        rows = [(row, s) for row, s in zip(study.rows, spread, strict=True) if (row.rig, row.observable) == (case.rig, case.observable)]
+        rows = [
+            (row, s)
+            for row, s in zip(study.rows, spread, strict=True)
+            if (row.rig, row.observable) == (case.rig, case.observable)
+        ]
         known = [(row, s) for row, s in rows if s]
         if known:
             near = min(known, key=lambda item: abs(abs(item[0].value) - abs(predicted[k])))
-            repeats = np.median([max(row.n, sum(r.conditions == row.conditions for r, _ in rows)) for row, _ in known[:50]])
+            repeats = np.median(
+                [max(row.n, sum(r.conditions == row.conditions for r, _ in rows)) for row, _ in known[:50]]
+            )
             found[k] = np.sqrt(near[1] ** 2 / repeats + near[0].setup_sd ** 2)
         elif rows:
-            found[k] = np.sqrt(state.fit.chi2 / max(len(state.evidence.case) - len(state.fit.problem.free), 1)) * state.evidence.sd[0]
+            found[k] = (
+                np.sqrt(state.fit.chi2 / max(len(state.evidence.case) - len(state.fit.problem.free), 1))
+                * state.evidence.sd[0]
+            )
         else:
             found[k] = 0.05 * abs(predicted[k])
     return np.maximum(found, 1e-12)

@@ -1,7 +1,6 @@
 """The YADE rigs: what each declares, and complete cases for them."""
 
 import hashlib
-import importlib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from difflib import get_close_matches
@@ -10,8 +9,10 @@ from pathlib import Path
 
 import yade_scripts
 from pellet_study.errors import InputError
+from yade_scripts import case as case_file
 
 SCRIPTS = Path(yade_scripts.__file__).resolve().parent
+FOLDERS = [SCRIPTS, SCRIPTS / "checks"]
 SHARED = ("case.py", "particles.py", "contacts.py", "seed_scene.py")
 
 
@@ -44,8 +45,8 @@ class Rig:
 
 
 def _files() -> dict[str, Path]:
-    """Rigs by name: files of yade_scripts and of its checks that declare a RIG."""
-    files = [*SCRIPTS.glob("*.py"), *(SCRIPTS / "checks").glob("*.py")]
+    """Rigs by name: files in FOLDERS that declare a RIG."""
+    files = [file for folder in FOLDERS for file in sorted(folder.glob("*.py"))]
     return {file.stem: file for file in files if "\nRIG = {" in file.read_text(encoding="utf-8")}
 
 
@@ -63,8 +64,7 @@ def rig(name: str) -> Rig:
         hint = f"; did you mean {near[0]!r}?" if near else ""
         raise InputError(f"rig {name!r} is unknown; there are {', '.join(sorted(files))}{hint}")
     file = files[name]
-    package = "yade_scripts" if file.parent == SCRIPTS else "yade_scripts.checks"
-    declaration = importlib.import_module(f"{package}.{name}").RIG
+    declaration = case_file.load(file).RIG
     return Rig(file=file, **{k: tuple(v) if k == "contact_laws" else v for k, v in declaration.items()})
 
 

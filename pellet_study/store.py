@@ -63,7 +63,10 @@ class Store:
                 found = pd.DataFrame()
             if list(found.columns) == names:
                 whole = found["status"].notna() & found["id"].str.fullmatch("[0-9a-f]{20}", na=False)
-                return found[whole].drop_duplicates("id", keep="last").set_index("id")
+                found = found[whole].drop_duplicates("id", keep="last").set_index("id")
+                numbers = [name for name in names if name not in READ_AS_TEXT]
+                found[numbers] = found[numbers].apply(pd.to_numeric, errors="coerce")
+                return found.astype({"seed": int})
             file.replace(file.with_suffix(".unreadable"))
             print(f"{file} is no table of finished cases; set aside as {file.stem}.unreadable", file=sys.stderr)
         return pd.DataFrame(columns=names).set_index("id")

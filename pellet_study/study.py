@@ -12,7 +12,16 @@ from pellet_study.catalogue import Catalogue, nearest
 from pellet_study.errors import InputError
 from pellet_study.measurements import Measurement, read
 
-KEYS = ("title", "measurements", "contact_law", "candidates", "parameters", "effects", "possible", "surface_energy_scaling")
+KEYS = (
+    "title",
+    "measurements",
+    "contact_law",
+    "candidates",
+    "parameters",
+    "effects",
+    "possible",
+    "surface_energy_scaling",
+)
 CONTACT_LAWS = ("hertz_mindlin", "cohesive_frictional")
 SCALINGS = ("bond_number", "none")
 BELONGS_TO = {
@@ -256,7 +265,9 @@ def _possible(file: Path, given: dict, catalogue: Catalogue) -> dict[str, dict[s
     for name, ranges in given.items():
         rig = catalogue.rig(name, f"{file}: possible: ")
         if not isinstance(ranges, dict):
-            raise InputError(f"{file}: possible.{name}: expected condition = {{ min = ..., max = ... }}, got {ranges!r}")
+            raise InputError(
+                f"{file}: possible.{name}: expected condition = {{ min = ..., max = ... }}, got {ranges!r}"
+            )
         found[name] = {}
         for condition, limits in ranges.items():
             where = f"{file}: possible.{name}: {condition}"

@@ -34,7 +34,7 @@ class Failed(Exception):
 
 def quantity(default: float, low: float, high: float, unit: str, meaning: str) -> dict:
     """Declaration of a number a rig takes: its default, its range, its unit, what it is."""
-    return {"default": default, "min": low, "max": high, "unit": unit, "meaning": meaning}
+    return {"default": float(default), "min": float(low), "max": float(high), "unit": unit, "meaning": meaning}
 
 
 def load(file: Path):

@@ -38,9 +38,7 @@ def run(arguments: argparse.Namespace) -> dict:
     items = audit()
     _print([item for item in items if arguments.verdict in (None, item.verdict)])
     print(
-        "\n"
-        + ", ".join(f"{number} {verdict}" for verdict, number in counts(items).items())
-        + f"; {len(items)} items"
+        "\n" + ", ".join(f"{number} {verdict}" for verdict, number in counts(items).items()) + f"; {len(items)} items"
     )
     answer = {"rows": plain([item.as_dict() for item in items]), "counts": counts(items)}
     if arguments.results:

@@ -46,9 +46,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="which point of the set to recommend (centre)",
     )
     validation = parser.add_argument_group("validation")
-    validation.add_argument(
-        "--declare-margin", metavar="M", type=float, help="write the equivalence margin down"
-    )
+    validation.add_argument("--declare-margin", metavar="M", type=float, help="write the equivalence margin down")
     validation.add_argument(
         "--margin-file", metavar="FILE", type=Path, help="where (default: margin.json beside the table)"
     )
@@ -58,13 +56,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     making = parser.add_argument_group("a new design")
     making.add_argument("--design", metavar="A=LOW,HIGH", nargs="+", help="make the design for these factors")
-    making.add_argument(
-        "--face-centred", action="store_true", help="face-centred central composite: has corners"
-    )
+    making.add_argument("--face-centred", action="store_true", help="face-centred central composite: has corners")
     making.add_argument("--centre", metavar="N", type=int, default=5, help="centre points (5)")
-    making.add_argument(
-        "--output", metavar="CSV", type=Path, help="write the design there (default: print it)"
-    )
+    making.add_argument("--output", metavar="CSV", type=Path, help="write the design there (default: print it)")
 
 
 def run(arguments: argparse.Namespace) -> dict:
@@ -76,9 +70,7 @@ def run(arguments: argparse.Namespace) -> dict:
     from pellet_study.doe.design_table import read_design
     from pellet_study.doe.factors import parse_factor
 
-    table = read_design(
-        arguments.table, [parse_factor(word) for word in arguments.factor], 5, arguments.ignore
-    )
+    table = read_design(arguments.table, [parse_factor(word) for word in arguments.factor], 5, arguments.ignore)
     surface = box_behnken.analyse(table, arguments.alpha)
     warnings = text.surface_warnings(surface)
     print(text.surface_text(surface))
@@ -99,9 +91,7 @@ def _design(arguments) -> dict:
     from pellet_study.doe.factors import parse_factors
 
     factors = parse_factors(arguments.design)
-    return write_design(
-        box_behnken.design(factors, arguments.centre, arguments.face_centred), arguments.output
-    )
+    return write_design(box_behnken.design(factors, arguments.centre, arguments.face_centred), arguments.output)
 
 
 def _reduced(arguments, surface, answer: dict):
@@ -135,9 +125,7 @@ def _predict(arguments, surface, answer: dict, warnings: list[str]) -> None:
             f"--predict and the table disagree on {sorted(missing)[0]!r}: expected one level of every factor "
             f"({', '.join(surface.table.names)})"
         )
-    found = interval(
-        surface.model, [[float(f.coded(levels[f.name])) for f in surface.table.factors]], surface.alpha
-    )
+    found = interval(surface.model, [[float(f.coded(levels[f.name])) for f in surface.table.factors]], surface.alpha)
     print("\n" + text.prediction_text(levels, found))
     if found.extrapolation:
         warnings.append(text.EXTRAPOLATION)
@@ -188,9 +176,7 @@ def _readings(text: str) -> list[float]:
     try:
         return [float(word) for word in text.split(",")]
     except ValueError:
-        raise InputError(
-            f"--verify {text}: expected numbers separated by commas, such as 41.1,41.5,40.9"
-        ) from None
+        raise InputError(f"--verify {text}: expected numbers separated by commas, such as 41.1,41.5,40.9") from None
 
 
 def _figures(arguments, surface, found) -> list[str]:

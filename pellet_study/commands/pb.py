@@ -27,14 +27,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     climb.add_argument(
         "--climb", choices=("gradient", "equal"), help="path along the gradient, or by equal coded steps"
     )
-    climb.add_argument(
-        "--climb-factors", metavar="A,B", help="factors to move (default: the significant ones)"
-    )
+    climb.add_argument("--climb-factors", metavar="A,B", help="factors to move (default: the significant ones)")
     climb.add_argument("--climb-points", metavar="N", type=int, default=6, help="points of the path (6)")
     climb.add_argument("--climb-start", choices=("centre", "worst"), default="centre", help="start (centre)")
-    climb.add_argument(
-        "--climb-step", metavar="A=STEP", help="physical step of one factor (default: up to the limit)"
-    )
+    climb.add_argument("--climb-step", metavar="A=STEP", help="physical step of one factor (default: up to the limit)")
     climb.add_argument(
         "--climb-limits",
         metavar="A=LOW,HIGH",
@@ -43,20 +39,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="limits beyond the design's range",
     )
     climb.add_argument("--descend", action="store_true", help="go down instead of up")
-    climb.add_argument(
-        "--climb-runs", metavar="CSV", type=Path, help="runs made on the path, response last: read back"
-    )
-    climb.add_argument(
-        "--lowest", action="store_true", help="the best run has the lowest response, as for errors"
-    )
+    climb.add_argument("--climb-runs", metavar="CSV", type=Path, help="runs made on the path, response last: read back")
+    climb.add_argument("--lowest", action="store_true", help="the best run has the lowest response, as for errors")
     climb.add_argument("--target", type=float, help="response wanted on the path (default: the highest)")
     making = parser.add_argument_group("a new design")
     making.add_argument("--design", metavar="A=LOW,HIGH", nargs="+", help="make the design for these factors")
     making.add_argument("--runs", metavar="N", type=int, help="8, 12, 16, 20 or 24 (default: 12, 20 or 24)")
     making.add_argument("--centre", metavar="N", type=int, default=0, help="centre points (0)")
-    making.add_argument(
-        "--output", metavar="CSV", type=Path, help="write the design there (default: print it)"
-    )
+    making.add_argument("--output", metavar="CSV", type=Path, help="write the design there (default: print it)")
 
 
 def add_table_arguments(parser: argparse.ArgumentParser) -> None:
@@ -66,9 +56,7 @@ def add_table_arguments(parser: argparse.ArgumentParser) -> None:
         "--factor", metavar="NAME=LOW,HIGH[,UNIT]", action="append", default=[],
         help="physical values of -1 and +1 (LOW may be the larger); default: the column's least and greatest",
     )  # fmt: skip
-    parser.add_argument(
-        "--ignore", metavar="NAME", action="append", default=[], help="a column that is no factor"
-    )
+    parser.add_argument("--ignore", metavar="NAME", action="append", default=[], help="a column that is no factor")
     parser.add_argument("--alpha", type=float, default=0.05, help="significance level (0.05)")
     parser.add_argument("--unit", default="", help="unit of the response, for the figures")
     parser.add_argument("--figures", metavar="DIR", type=Path, help="write the figures there (PNG)")
@@ -83,9 +71,7 @@ def run(arguments: argparse.Namespace) -> dict:
     from pellet_study.doe.design_table import read_design
     from pellet_study.doe.factors import parse_factor
 
-    table = read_design(
-        arguments.table, [parse_factor(word) for word in arguments.factor], 3, arguments.ignore
-    )
+    table = read_design(arguments.table, [parse_factor(word) for word in arguments.factor], 3, arguments.ignore)
     screening = plackett_burman.analyse(table, arguments.alpha)
     warnings = text.screening_warnings(screening)
     print(text.screening_text(screening))
@@ -108,9 +94,7 @@ def check_arguments(arguments: argparse.Namespace) -> None:
         If there is neither a table nor a design to make, or alpha is no level.
     """
     if (arguments.table is None) == (arguments.design is None):
-        raise InputError(
-            "expected a table to analyse (TABLE.csv) or a design to make (--design), one of the two"
-        )
+        raise InputError("expected a table to analyse (TABLE.csv) or a design to make (--design), one of the two")
     if not 0 < arguments.alpha < 1:
         raise InputError(f"--alpha {arguments.alpha:g}: expected a level between 0 and 1, such as 0.05")
 
@@ -133,9 +117,7 @@ def writing(path: Path):
     try:
         yield
     except OSError as error:
-        raise InputError(
-            f"cannot write {path}: {error.strerror}; give a place that can be written to"
-        ) from None
+        raise InputError(f"cannot write {path}: {error.strerror}; give a place that can be written to") from None
 
 
 def write_design(frame, path: Path | None) -> dict:

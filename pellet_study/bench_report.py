@@ -1,0 +1,167 @@
+"""What `bench` found, as tables, figures, text and JSON."""
+
+from collections.abc import Sequence
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from pellet_study import figures, paper, quadratic
+from pellet_study.bench import Bench, Calibrated
+from pellet_study.errors import StudyError
+
+UNITS = {"mm": "mm", "deg": "deg"}
+PAPER_FOUND = {"a1": "a1_solution", "a2": "a2_solution", "a3": "a3_solution"}
+
+
+def answer(results: Sequence[Calibrated]) -> dict:
+    """The stages as JSON."""
+    return {"stages": [_stage(result) for result in results]}
+
+
+def _stage(result: Calibrated) -> dict:
+    stage, check = result.stage, result.verification
+    return {
+        "rig": stage.rig,
+        "parameter": stage.parameter,
+        "value": result.value,
+        "interval": [_number(x) for x in result.interval],
+        "r2": result.curve.r2,
+        "coefficients": [float(c) for c in result.curve.coefficients],
+        "coefficient_intervals": [[float(x) for x in pair] for pair in result.curve.intervals],
+        "observable": stage.observable,
+        "measured": result.reading.value,
+        "verification": check and check.value,
+        "verification_standard_error": check and check.standard_error,
+        "verification_error_percent": result.verification_error_percent,
+        "joint_prediction": result.joint and result.joint.value,
+    }
+
+
+def _number(x: float) -> float | None:
+    return float(x) if np.isfinite(x) else None
+
+
+def write(results: Sequence[Calibrated], folder: Path, rig: Bench) -> str:
+    """Write sweeps, calibration, figures and summary into the study; returns the summary."""
+    table = []
+    for result in results:
+        stage = result.stage
+        result.sweep.round(6).to_csv(folder / f"sweep_{stage.rig}.csv", index=False, lineterminator="\n")
+        rows, curve = _printed(stage.table)
+        figures.save(
+            figures.sweep(result, *(rows if rows else (None, None)), curve), folder / "figures" / f"{stage.rig}.png"
+        )
+        record = _stage(result)
+        low, high = record.pop("interval")
+        coefficients = dict(zip(("c0", "c1", "c2"), record.pop("coefficients"), strict=True))
+        record.pop("coefficient_intervals")
+        table.append({**record, "interval_low": low, "interval_high": high, **coefficients})
+    pd.DataFrame(table).to_csv(folder / "calibration.csv", index=False, lineterminator="\n", float_format="%.6g")
+    text = summary(results, rig)
+    (folder / "summary.txt").write_text(text + "\n", encoding="utf-8")
+    if results[-1].value is None:
+        raise StudyError(text)
+    return text + f"\n\nresults in {folder}; figures in {folder / 'figures'}"
+
+
+def _printed(number: int | None):
+    """The paper's rows of a bench table and the parabola through them."""
+    if number is None:
+        return None, None
+    rows = paper.table(number)
+    x, y = rows.iloc[:, 1].to_numpy(float), rows.iloc[:, 2].to_numpy(float)
+    return (x, y), quadratic.fit(x, y)
+
+
+def summary(results: Sequence[Calibrated], rig: Bench) -> str:
+    """The calibration in words: each stage, the paper beside, what differs."""
+    printed = paper.tables()["text"]
+    lines = [f"Bench calibration, contact law {rig.contact_law}, one stage after the other as in the paper", ""]
+    lines.append("stage            parameter   ours     95 % interval     paper   verification        error")
+    for result in results:
+        stage, check = result.stage, result.verification
+        unit = stage.observable.rsplit("_", 1)[1]
+        if result.value is None:
+            lines.append(f"{stage.rig:16s} {stage.symbol:9s}   not reached inside the sweep")
+            continue
+        lines.append(
+            f"{stage.rig:16s} {stage.symbol:9s} {result.value:6.4f}   {result.interval[0]:.4f} to {result.interval[1]:.4f}"
+            f"  {printed[PAPER_FOUND[stage.symbol]]:.3f}   {check.value:.2f} +- {check.standard_error:.2f} {unit:3s}"
+            f"   {result.verification_error_percent:.2f} +- {100 * check.standard_error / result.reading.value:.2f} %"
+        )
+    for result in results:
+        lines += ["", *_details(result)]
+    lines += ["", *_joint(results)]
+    return "\n".join(lines)
+
+
+def _equation(curve: quadratic.Quadratic, symbol: str) -> str:
+    c0, c1, c2 = curve.coefficients
+    return f"{c0:.5g} {c1:+.5g} {symbol} {c2:+.5g} {symbol}^2   R2 = {curve.r2:.5f}"
+
+
+def _details(result: Calibrated) -> list[str]:
+    stage, curve = result.stage, result.curve
+    low, high = result.sweep[stage.observable].min(), result.sweep[stage.observable].max()
+    failed = int(result.sweep["failed"].sum())
+    lines = [
+        f"{stage.rig} ({stage.symbol}), measured {result.reading.value:g}:",
+        f"  ours   {_equation(curve, stage.symbol)}",
+    ]
+    lines += [
+        f"         {name:9s} 95 % {a:.5g} to {b:.5g}"
+        for name, (a, b) in zip(("constant", "linear", "quadratic"), curve.intervals, strict=True)
+    ]
+    rows, printed = _printed(stage.table)
+    if printed is not None:
+        lines.append(f"  paper  {_equation(printed, stage.symbol)}   (recomputed from Table {stage.table})")
+        x, y = rows
+        ours = result.sweep[stage.observable].to_numpy()
+        slopes = [np.polyfit(np.log(x), np.log(v), 1)[0] for v in (y, ours)]
+        gap = np.sqrt(np.mean((ours - y) ** 2))
+        lines.append(
+            f"  log-log slope over the sweep: paper {slopes[0]:.2f}, ours {slopes[1]:.2f}; rms difference {gap:.3g}"
+        )
+    lines.append(f"  sweep reaches {low:.4g} to {high:.4g}" + (f"; {failed} runs failed" if failed else ""))
+    if result.value is None:
+        lines.append(
+            f"  the measurement {result.reading.value:g} is not met between {curve.low:g} and {curve.high:g}: "
+            "check the rig's conditions in measurements.csv (apparatus dimensions are inferred, not printed)"
+        )
+    return lines + _remark(result)
+
+
+def _remark(result: Calibrated) -> list[str]:
+    """What the difference from the paper suggests, from the numbers at hand."""
+    if result.stage.rig == "slope_slip" and result.value is not None:
+        tangent = np.tan(np.radians(result.reading.value))
+        return [
+            f"  a sliding seed gives tan({result.reading.value:g} deg) = {tangent:.4f}; the paper's 0.776 would slide at "
+            f"{np.degrees(np.arctan(0.776)):.2f} deg. Its seed must have started to tip or roll, not to slide."
+        ]
+    if result.stage.rig == "rebound":
+        return [
+            "  a rigid central bounce would rise as a1^2 (slope 2). A seed that lands tilted turns part of its fall into",
+            "  spin, and spin into height at a second touch, whatever a1 is: the curve is flatter, ours more than theirs.",
+        ]
+    return []
+
+
+def _joint(results: Sequence[Calibrated]) -> list[str]:
+    """Each rig with every calibrated parameter switched on, which the stage-by-stage way never looks at."""
+    if any(result.joint is None for result in results):
+        return []
+    lines = ["All calibrated parameters at once (the paper sets those of later stages to 0 and never looks back):"]
+    for result in results:
+        joint, reading = result.joint, result.reading
+        lines.append(
+            f"  {result.stage.rig:14s} measured {reading.value:g}, predicted {joint.value:.2f} +- {joint.standard_error:.2f}"
+            f" ({100 * (joint.value / reading.value - 1):+.1f} %)"
+        )
+    first = results[0]
+    if first.stage.rig == "rebound" and abs(first.joint.value / first.reading.value - 1) > 0.05:
+        lines.append(
+            "  So the paper's statement that a2 and a3 do not affect the rebound does not hold for a seed that is no sphere."
+        )
+    return lines

@@ -1,0 +1,37 @@
+"""`pellet-study init`: a study folder to start from."""
+
+import argparse
+from importlib.resources import files
+from pathlib import Path
+
+from pellet_study.errors import InputError
+
+EPILOG = """\
+The folder starts with the source paper's three bench readings; put your own in measurements.csv.
+
+example:
+  pellet-study init seeds && pellet-study bench seeds
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.epilog = EPILOG
+    parser.add_argument("folder", metavar="FOLDER", type=Path, help="folder to make")
+
+
+def run(arguments: argparse.Namespace) -> dict:
+    """Copy the template; nothing that exists is overwritten."""
+    folder = arguments.folder
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise InputError(f"{folder} exists and is not an empty folder; give the name of a new one")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+        for name in ("study.toml", "measurements.csv"):
+            text = files("pellet_study").joinpath("template", name).read_text(encoding="utf-8")
+            (folder / name).write_text(text, encoding="utf-8")
+    except OSError as error:
+        raise InputError(f"{folder}: cannot be made: {error.strerror}") from None
+    print(f"{folder} is a study: study.toml says what is fixed and free, measurements.csv what was measured.")
+    print(f"next: pellet-study bench {folder}")
+    return {"path": str(folder.resolve())}

@@ -1,0 +1,40 @@
+"""A stand-in for a rig, for tests of the driver: runs in YADE, simulates nothing, and fails in the way it is told to."""
+
+import os
+import time
+
+from yade_scripts.case import Failed, quantity
+
+RIG = {
+    "name": "faulty",
+    "contact_laws": ("hertz_mindlin",),
+    "parameters": {},
+    "conditions": {
+        "fault": quantity(0, 0, 9, "1", "0 none, 1 abort, 2 hang, 3 not a number, 4 exception, 5 refused, 6 exit status 3"),
+        "pause_s": quantity(0, 0, 60, "s", "time the case takes"),
+    },
+    "effects": {},
+    "numerics": {},
+    "observables": {"answer": "three times the seed"},
+    "random": False,
+    "time_limit_s": 2.0,
+}
+
+
+def simulate(case: dict) -> dict:
+    """Three times the seed, or a fault."""
+    fault = case["conditions"]["fault"]
+    time.sleep(case["conditions"]["pause_s"])
+    if fault == 1:
+        os.write(2, b"these are the last words\n")
+        os.abort()
+    if fault == 2:
+        while True:
+            time.sleep(1)
+    if fault == 4:
+        raise ZeroDivisionError("an exception in the rig")
+    if fault == 5:
+        raise Failed("the rig's own check refused it")
+    if fault == 6:
+        os._exit(3)
+    return {"answer": float("nan") if fault == 3 else 3.0 * case["seed"]}
