@@ -1,5 +1,6 @@
 """The YADE rigs: what each declares, and complete cases for them."""
 
+import ast
 import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -13,7 +14,6 @@ from yade_scripts import case as case_file
 
 SCRIPTS = Path(yade_scripts.__file__).resolve().parent
 FOLDERS = [SCRIPTS, SCRIPTS / "checks"]
-SHARED = ("case.py", "particles.py", "contacts.py", "seed_scene.py")
 
 
 @dataclass(frozen=True)
@@ -37,11 +37,33 @@ class Rig:
 
     @property
     def fingerprint(self) -> str:
-        """Hash of every script the answer depends on: the rig's own file and those all rigs share."""
-        digest = hashlib.sha256(self.file.read_bytes())
-        for name in SHARED:
-            digest.update((SCRIPTS / name).read_bytes())
-        return digest.hexdigest()
+        """Hash of every script the answer depends on: the rig's file, case.py, and what they import of yade_scripts."""
+        return _fingerprint(self.file)
+
+
+@cache
+def _fingerprint(file: Path) -> str:
+    seen: dict[Path, bytes] = {}
+    waiting = [file, SCRIPTS / "case.py"]
+    while waiting:
+        source = waiting.pop()
+        if source not in seen and source.exists():
+            seen[source] = source.read_bytes()
+            waiting += _imported(seen[source])
+    digest = hashlib.sha256()
+    for source in sorted(seen, key=lambda path: (path != file, path.name)):
+        digest.update(seen[source])
+    return digest.hexdigest()
+
+
+def _imported(source: bytes) -> list[Path]:
+    """Files of yade_scripts that a script's import statements name."""
+    found = []
+    for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "yade_scripts":
+            folder = SCRIPTS.joinpath(*node.module.split(".")[1:])
+            found += [folder.with_suffix(".py"), *(folder / f"{alias.name}.py" for alias in node.names)]
+    return found
 
 
 def _files() -> dict[str, Path]:
@@ -65,6 +87,9 @@ def rig(name: str) -> Rig:
         raise InputError(f"rig {name!r} is unknown; there are {', '.join(sorted(files))}{hint}")
     file = files[name]
     declaration = case_file.load(file).RIG
+    clash = set(declaration["observables"]) & set(case_file.flat(case_file.example(declaration)))
+    if clash:
+        raise InputError(f"{file}: {', '.join(sorted(clash))} is both an input and an observable; rename one")
     return Rig(file=file, **{k: tuple(v) if k == "contact_laws" else v for k, v in declaration.items()})
 
 

@@ -223,11 +223,10 @@ def cohesive_frictional(
     cohesion = pull_off_force(pair.surface_energy, radius if alone else radius / 2) / radius**2
 
     def cohesive(material: Material):
-        nu = material.poisson_ratio
         return CohFrictMat(
             density=material.density,
             young=material.young,
-            poisson=2 * (1 - nu) / (2 - nu),  # ks/kn of Mindlin's no-slip contact
+            poisson=_stiffness_ratio(material),
             frictionAngle=atan(pair.static_friction),
             isCohesive=True,
             fragile=False,
@@ -254,7 +253,7 @@ def cohesive_frictional(
     law = [Law2_ScGeom6D_CohFrictPhys_CohesionMoment(useIncrementalForm=True, always_use_moment_law=True)]
     wall_material = cohesive(wall)
     if not alone:
-        wall_material = FrictMat(density=wall.density, young=wall.young, poisson=wall.poisson_ratio)
+        wall_material = FrictMat(density=wall.density, young=_wall_modulus(particle, wall), poisson=wall.poisson_ratio)
         physics.append(_mindlin(Ip2_FrictMat_FrictMat_MindlinPhys, particle_wall, 0.75, rolling_stiffness))
         law.append(Law2_ScGeom_MindlinPhys_Mindlin(includeMoment=True, includeAdhesion=True))
     return Contacts(
@@ -265,6 +264,27 @@ def cohesive_frictional(
         law,
         damping=damping,
     )
+
+
+def _wall_modulus(particle: Material, wall: Material) -> float:
+    """Young's modulus of the wall that gives particle and wall the stiffness of Hertz's sphere on a plane, Pa.
+
+    YADE's Mindlin functor reads the CohFrictMat's ks/kn as its Poisson ratio and takes R* = R/2; both are made up for.
+
+    Raises
+    ------
+    ValueError : the particle alone is already softer than wanted
+    """
+    compliance = sum((1 - m.poisson_ratio**2) / m.young for m in (particle, wall)) / sqrt(2)
+    left = compliance - (1 - _stiffness_ratio(particle) ** 2) / particle.young
+    if left <= 0:
+        raise ValueError("the wall is too stiff against the particle for the cohesive-frictional law with steel walls")
+    return (1 - wall.poisson_ratio**2) / left
+
+
+def _stiffness_ratio(material: Material) -> float:
+    """ks/kn = 2 (1 - nu)/(2 - nu) of Mindlin's no-slip contact."""
+    return 2 * (1 - material.poisson_ratio) / (2 - material.poisson_ratio)
 
 
 LAWS = {"hertz_mindlin": hertz_mindlin, "cohesive_frictional": cohesive_frictional}

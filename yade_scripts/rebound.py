@@ -39,7 +39,7 @@ RIG = {
     "time_limit_s": 60.0,
 }
 
-STEPS_BETWEEN_LOOKS = 20
+STEPS_BETWEEN_LOOKS = 30
 MOST_STEPS = 2_000_000
 
 

@@ -6,6 +6,8 @@ from yade_scripts import contacts, particles
 from yade_scripts.case import quantity
 
 GRAVITY = 9.81  # m/s2
+REFERENCE_DAMPING = contacts.damping_ratio(0.25)
+LONGEST_FLIGHT_STEP = 10.0  # of the time step at contact
 
 TABLE_1 = "source paper, Table 1"
 CONTACT_LAWS = ("hertz_mindlin", "cohesive_frictional")
@@ -34,7 +36,7 @@ def numerics(time_step_fraction: float, stiffness_scale: float) -> dict:
     """Declaration of the numerics of a seed rig with these defaults."""
     return {
         "time_step_fraction": quantity(
-            time_step_fraction, 0.005, 0.25, "1", "of the Rayleigh step of the smallest member"
+            time_step_fraction, 0.005, 0.25, "1", "of the Rayleigh step of the smallest member; less where e < 0.25"
         ),
         "stiffness_scale": quantity(stiffness_scale, 1e-3, 10.0, "1", "both shear moduli are multiplied by it"),
         "rolling_spring": quantity(0.3, 1e-4, 1.0, "1", "stiffness of the rolling moment below its limit, in I/dt^2"),
@@ -79,6 +81,8 @@ class SeedScene:
         self.points = centres @ rotation.T
         self.rotation = rotation
         self.time_step = numerics["time_step_fraction"] * contacts.rayleigh_step(float(self.radii.min()), seed)
+        if case["contact_law"] == "hertz_mindlin":  # a strong damper asks for shorter steps
+            self.time_step *= min(1.0, REFERENCE_DAMPING / contacts.damping_ratio(pair.restitution))
         spring = numerics["rolling_spring"] * min(inertia) / self.time_step**2
         options = {"rolling_stiffness": spring}
         if case["contact_law"] == "cohesive_frictional":
@@ -96,7 +100,8 @@ class SeedScene:
         ]
         clump, members = O.bodies.appendClumped(spheres, discretization=0)
         self.state = O.bodies[clump].state
-        self.members = members
+        self.local = self.points @ np.array(self.state.ori.toRotationMatrix())  # members in YADE's body axes
+        self.plates = []
         axes = np.array(self.state.ori.toRotationMatrix()).T @ self.rotation
         self.state.inertia = tuple(axes**2 @ self.inertia)  # along YADE's axes, a permutation of the seed's
         self.state.mass = self.mass
@@ -104,14 +109,17 @@ class SeedScene:
             O.bodies[member].state.mass = self.mass  # contact damping reads the member's mass
 
     def plate(self, centre, half_size, orientation=None) -> None:
-        """A fixed box of the powder's material."""
-        from yade import O, Quaternion, utils
+        """A fixed box of the powder's material; its upper face (local z) is the one the seed can meet."""
+        from yade import O, Quaternion, Vector3, utils
 
+        turn = orientation or Quaternion((1, 0, 0), 0)
+        normal = turn * Vector3(0, 0, 1)
+        self.plates.append((normal, normal.dot(Vector3(*centre)) + half_size[2]))
         O.bodies.append(
             utils.box(
                 tuple(centre),
                 tuple(half_size),
-                orientation=orientation or Quaternion((1, 0, 0), 0),
+                orientation=turn,
                 fixed=True,
                 material=self.contacts.wall,
                 color=(1, 1, 1),
@@ -147,16 +155,30 @@ class SeedScene:
         O.dt = self.time_step
         self._momentum, self._twice_energy = None, 0.0
 
+    def clearance(self) -> float:
+        """Distance of the seed from the nearest plate, m."""
+        toward = self.state.ori.conjugate()
+        nearest = np.inf
+        for normal, level in self.plates:
+            across = np.array(toward * normal)
+            height = self.state.pos.dot(normal) - level
+            nearest = min(nearest, height + float((self.local @ across - self.radii).min()))
+        return nearest
+
     def run(self, steps: int) -> None:
-        """Step on; where nothing touched the seed meanwhile, undo the drift of its rotational energy.
+        """Step on, with longer steps where no plate can be reached meanwhile; undo the drift of free rotation.
 
         YADE's rotation of aspherical bodies gains energy in free flight, in proportion to the time step (2 % in 50 ms at
-        1000 rad/s and a step of 6 us): enough to double a roll-out. Angular momentum stays exact, so a flight is known
-        by its unchanged angular momentum, and the seed is turned, by the least angle, to the energy it had.
+        1000 rad/s and a step of 6 us). Angular momentum stays exact, so a flight is known by its unchanged angular
+        momentum, and the seed is turned, by the least angle, to the energy it had.
         """
         from yade import O, Quaternion, Vector3
 
-        step, state = O.step, self.state
+        state = self.state
+        fastest = state.vel.norm() + state.angVel.norm() * self.reach + 1e-2  # m/s, gravity's gain meanwhile included
+        free_steps = (self.clearance() - 1e-6) / (fastest * self.time_step)
+        O.dt = self.time_step * min(max(1.0, free_steps / steps), LONGEST_FLIGHT_STEP)
+        step = O.step
         for _ in range(steps):
             step()
         momentum = Vector3(state.angMom)
