@@ -25,7 +25,7 @@ RIG = {
     "contact_laws": seed_scene.CONTACT_LAWS,
     "parameters": seed_scene.PARAMETERS,
     "conditions": {
-        "drop_height_mm": quantity(120.0, 20.0, 450.0, "mm", "inferred from Table 3, not printed in the paper"),
+        "drop_height_mm": quantity(115.0, 20.0, 450.0, "mm", "inferred from Table 3, not printed in the paper"),
         "seed_length_mm": seed_scene.SEED_LENGTH,
         "plate_tilt_deg": quantity(0.0, 0.0, 45.0, "deg", "tilt of the plate"),
     },

@@ -157,6 +157,4 @@ def turning_answer(turning: Turning) -> dict:
 
 def equivalence_answer(found: Equivalence) -> dict:
     """The equivalence test beside the t test."""
-    return plain(
-        {**asdict(found), "p": found.p, "equivalent": found.equivalent, "different": found.different}
-    )
+    return plain({**asdict(found), "p": found.p, "equivalent": found.equivalent, "different": found.different})

@@ -62,9 +62,7 @@ def coded_matrix(n_factors: int, centre_points: int = 5, face_centred: bool = Fa
     import pyDOE3
 
     if face_centred:
-        return (
-            np.asarray(pyDOE3.ccdesign(n_factors, center=(0, centre_points), face="ccf"), dtype=float) + 0.0
-        )
+        return np.asarray(pyDOE3.ccdesign(n_factors, center=(0, centre_points), face="ccf"), dtype=float) + 0.0
     return np.asarray(pyDOE3.bbdesign(n_factors, center=centre_points), dtype=float) + 0.0
 
 
@@ -368,9 +366,7 @@ def reduce_backward(surface: Surface, alpha: float = 0.1) -> tuple[Surface, list
         If the model is saturated: without p values there is nothing to choose by.
     """
     if surface.saturated:
-        raise InputError(
-            "the model is saturated and has no p values: name the terms to leave out with --drop"
-        )
+        raise InputError("the model is saturated and has no p values: name the terms to leave out with --drop")
     dropped: list[str] = []
     while True:
         terms = surface.model.terms

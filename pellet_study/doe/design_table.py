@@ -57,9 +57,7 @@ def read_rows(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
     try:
         content = Path(path).read_text(encoding="utf-8-sig")
     except OSError as error:
-        raise InputError(
-            f"cannot read the table {path}: {error.strerror}; give the path of a CSV file"
-        ) from None
+        raise InputError(f"cannot read the table {path}: {error.strerror}; give the path of a CSV file") from None
     except UnicodeDecodeError:
         raise InputError(f"the table {path} is not UTF-8 text; save it as CSV (UTF-8)") from None
     rows = csv.reader(content.splitlines())
@@ -83,8 +81,7 @@ def _checked_header(header: list[str], path: Path) -> None:
         raise InputError(f"column {unnamed[0]} of {path} has no name: name each factor and the response")
     if all(_is_number(name) for name in header):
         raise InputError(
-            f"the first line of {path} is all numbers ({', '.join(header[:3])} ...): expected the column "
-            "names there"
+            f"the first line of {path} is all numbers ({', '.join(header[:3])} ...): expected the column names there"
         )
     repeated = sorted({name for name in header if header.count(name) > 1})
     if repeated:
@@ -93,9 +90,7 @@ def _checked_header(header: list[str], path: Path) -> None:
             "each factor once; rename or remove one"
         )
     if len(header) < 2:
-        raise InputError(
-            f"{path} has the single column {header[0]!r}: expected factor columns, then the response"
-        )
+        raise InputError(f"{path} has the single column {header[0]!r}: expected factor columns, then the response")
 
 
 def _is_number(cell: str) -> bool:
@@ -121,9 +116,7 @@ def read_numbers(path: Path, ignore: list[str] = ()) -> tuple[pd.DataFrame, list
     _checked_header(header, path)
     unknown = [name for name in ignore if name not in header]
     if unknown:
-        raise InputError(
-            f"there is no column {unknown[0]!r} to ignore in {path}: its columns are {', '.join(header)}"
-        )
+        raise InputError(f"there is no column {unknown[0]!r} to ignore in {path}: its columns are {', '.join(header)}")
     keep = [i for i, name in enumerate(header) if name not in ignore]
     if len(keep) < 2:
         raise InputError(f"{path} keeps {len(keep)} columns: expected factor columns, then the response")
@@ -147,9 +140,7 @@ def read_numbers(path: Path, ignore: list[str] = ()) -> tuple[pd.DataFrame, list
     return pd.DataFrame(values, columns=[header[i] for i in keep]), lines, notes
 
 
-def read_design(
-    path: Path, factors: list[Factor] = (), max_levels: int = 3, ignore: list[str] = ()
-) -> DesignTable:
+def read_design(path: Path, factors: list[Factor] = (), max_levels: int = 3, ignore: list[str] = ()) -> DesignTable:
     """The table of a design with its levels coded.
 
     A factor whose values are -1, 0, 1 is coded already; another is coded min -> -1, middle -> 0, max -> 1,
@@ -176,9 +167,7 @@ def read_design(
     return code_design(frame, factors, lines, notes, max_levels, str(path))
 
 
-def code_design(
-    frame, factors=(), lines=None, notes=(), max_levels: int = 3, source: str = "the table"
-) -> DesignTable:
+def code_design(frame, factors=(), lines=None, notes=(), max_levels: int = 3, source: str = "the table") -> DesignTable:
     """A DesignTable from numbers: see `read_design`."""
     names, response = list(frame.columns[:-1]), frame.columns[-1]
     lines = list(lines) if lines is not None else list(range(1, len(frame) + 1))
@@ -191,9 +180,7 @@ def code_design(
     given = {factor.name: factor for factor in factors}
     unknown = [name for name in given if name not in names]
     if unknown:
-        raise InputError(
-            f"factor {unknown[0]!r} is not a column of {source}: its factors are {', '.join(names)}"
-        )
+        raise InputError(f"factor {unknown[0]!r} is not a column of {source}: its factors are {', '.join(names)}")
     _check_response(frame, names, lines, source)
     resolved = [_factor_of(frame[name], given.get(name), lines, source) for name in names]
     coded = pd.DataFrame(
@@ -227,9 +214,7 @@ def _looks_like_a_factor(frame: pd.DataFrame) -> bool:
         return False
     centred = frame.to_numpy() - frame.to_numpy().mean(axis=0)
     products = np.abs(centred[:, :-1].T @ centred[:, -1])
-    return bool(
-        np.all(products < 1e-9 * np.linalg.norm(centred[:, :-1], axis=0) * np.linalg.norm(centred[:, -1]))
-    )
+    return bool(np.all(products < 1e-9 * np.linalg.norm(centred[:, :-1], axis=0) * np.linalg.norm(centred[:, -1])))
 
 
 def _is_coded(values: pd.Series) -> bool:

@@ -95,9 +95,7 @@ def parse_factors(words: list[str]) -> list[Factor]:
     names = [factor.name for factor in factors]
     repeated = [name for name in names if names.count(name) > 1]
     if repeated:
-        raise InputError(
-            f"the factor {repeated[0]!r} was given {names.count(repeated[0])} times: expected each once"
-        )
+        raise InputError(f"the factor {repeated[0]!r} was given {names.count(repeated[0])} times: expected each once")
     return factors
 
 
@@ -123,6 +121,4 @@ def physical_design(coded, factors: list[Factor]):
     import pandas as pd
 
     coded = np.asarray(coded, dtype=float)
-    return pd.DataFrame(
-        {factor.name: factor.physical(coded[:, i]) for i, factor in enumerate(factors)}
-    ).round(12)
+    return pd.DataFrame({factor.name: factor.physical(coded[:, i]) for i, factor in enumerate(factors)}).round(12)

@@ -60,15 +60,11 @@ def _margins(axes, screening: Screening) -> None:
     if not screening.saturated:
         from scipy.special import stdtrit
 
-        error = 2 * max(
-            value for name, value in screening.model.standard_errors.items() if name in screening.effects
-        )
+        error = 2 * max(value for name, value in screening.model.standard_errors.items() if name in screening.effects)
         limit = float(stdtrit(screening.model.df_residual, 1 - screening.alpha / 2) * error)
         axes.axvline(limit, color=ACCENT, linestyle="--", label=f"t test, level {screening.alpha:g}")
     if screening.lenth:
-        axes.axvline(
-            screening.lenth.margin_of_error, color="black", linestyle=":", label="Lenth's margin of error"
-        )
+        axes.axvline(screening.lenth.margin_of_error, color="black", linestyle=":", label="Lenth's margin of error")
 
 
 def _legend_of_signs(axes) -> None:
@@ -134,9 +130,7 @@ def surface_contours(surface: Surface, found: TargetSet | None = None, unit: str
         _draw_runs(axes, surface, pair, rest, found)
         axes.set_xlabel(factors[pair[0]].label)
         axes.set_ylabel(factors[pair[1]].label)
-        others = [
-            f"{f.name} = {float(f.physical(rest[i])):.4g}" for i, f in enumerate(factors) if i not in pair
-        ]
+        others = [f"{f.name} = {float(f.physical(rest[i])):.4g}" for i, f in enumerate(factors) if i not in pair]
         axes.set_title(", ".join(others), fontsize=9)
         axes.xaxis.set_major_locator(MaxNLocator(5))
     for axes in grid.flat[len(pairs) :]:
@@ -190,18 +184,12 @@ def _surface_legend(figure, found: TargetSet | None, unit: str) -> None:
     from matplotlib.patches import Patch
 
     handles = [
-        Line2D(
-            [], [], marker="o", color="white", markeredgecolor="black", linestyle="", label="runs (projected)"
-        )
+        Line2D([], [], marker="o", color="white", markeredgecolor="black", linestyle="", label="runs (projected)")
     ]
     if found is not None:
-        handles.append(
-            Line2D([], [], color="black", linewidth=2.4, label=f"target {found.target:g} {unit}".strip())
-        )
+        handles.append(Line2D([], [], color="black", linewidth=2.4, label=f"target {found.target:g} {unit}".strip()))
         if found.uncertainty:
-            handles.append(
-                Patch(facecolor="0.85", hatch="//", label=f"within ±{found.uncertainty:g} {unit}".strip())
-            )
+            handles.append(Patch(facecolor="0.85", hatch="//", label=f"within ±{found.uncertainty:g} {unit}".strip()))
         handles.append(
             Line2D(
                 [],
@@ -225,9 +213,7 @@ def predicted_observed(surface: Surface, unit: str = ""):
     ends = [min(observed.min(), fitted.min()), max(observed.max(), fitted.max())]
     axes.plot(ends, ends, color="black", linewidth=1, label="equal")
     axes.plot(observed[~centre], fitted[~centre], "o", color=DARK, label="runs")
-    axes.plot(
-        observed[centre], fitted[centre], "s", color=LIGHT, markeredgecolor="black", label="centre runs"
-    )
+    axes.plot(observed[centre], fitted[centre], "s", color=LIGHT, markeredgecolor="black", label="centre runs")
     axes.set_xlabel(with_unit(f"observed {surface.table.response.name}", unit))
     axes.set_ylabel(with_unit(f"fitted {surface.table.response.name}", unit))
     axes.legend(fontsize=8)
@@ -249,9 +235,7 @@ def climb_path(climb: Climb, unit: str = "", target: float | None = None):
         for row in climb.points.to_dict(orient="records")
     ]
     axes.set_xticks(steps, lines, fontsize=7)
-    axes.set_xlabel(
-        "point of the path, physical levels (" + ", ".join(factor.label for factor in climb.factors) + ")"
-    )
+    axes.set_xlabel("point of the path, physical levels (" + ", ".join(factor.label for factor in climb.factors) + ")")
     axes.set_ylabel(with_unit("response", unit))
     axes.legend(fontsize=8)
     return figure

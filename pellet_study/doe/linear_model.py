@@ -177,9 +177,7 @@ def fit(names, terms, coded, response, extra=None) -> LinearFit:
     InputError
         If there are fewer runs than terms, or the runs do not separate the terms.
     """
-    model = LinearFit(
-        list(names), dict(terms), np.asarray(coded, float), np.asarray(response, float), extra or {}
-    )
+    model = LinearFit(list(names), dict(terms), np.asarray(coded, float), np.asarray(response, float), extra or {})
     runs, size = model.matrix.shape
     if runs < size:
         raise InputError(
@@ -211,9 +209,7 @@ def type_three(model: LinearFit) -> dict[str, float]:
     return {name: float(value) for name, value in zip(model.columns, sums, strict=True) if name != INTERCEPT}
 
 
-def f_test(
-    sum_of_squares: float, df: int, variance: float | None, df_error: int
-) -> tuple[float | None, float | None]:
+def f_test(sum_of_squares: float, df: int, variance: float | None, df_error: int) -> tuple[float | None, float | None]:
     """F and p of a sum of squares against an error variance; (None, None) where there is none."""
     if not variance or df_error <= 0 or df <= 0:
         return None, None

@@ -116,9 +116,7 @@ def target_set(surface: Surface, target: float, uncertainty: float = 0.0, rule: 
     if rule not in RULES:
         raise InputError(f"the rule {rule!r} is unknown: expected {' or '.join(RULES)}")
     if not np.isfinite(target) or not np.isfinite(uncertainty) or uncertainty < 0:
-        raise InputError(
-            f"target {target} +- {uncertainty}: expected finite numbers, the uncertainty 0 or more"
-        )
+        raise InputError(f"target {target} +- {uncertainty}: expected finite numbers, the uncertainty 0 or more")
     sample = _sample(len(surface.table.names))
     predicted = surface.model.predict(sample)
     distance = np.abs(predicted - target)
@@ -209,9 +207,7 @@ def _extents(surface: Surface, sample, distance, target: float) -> list[Extent]:
         for sign in (1, -1):
             starts = near[np.argsort(sign * near[:, i])[[0, 1, 2, len(near) // 20]]]
             found = [
-                _minimise(
-                    surface, lambda x, s=sign, j=i: s * x[j], lambda x, s=sign, e=unit: s * e, x, target
-                )
+                _minimise(surface, lambda x, s=sign, j=i: s * x[j], lambda x, s=sign, e=unit: s * e, x, target)
                 for x in starts
             ]
             values = [x[i] for x in found if _on_target(surface, x, target)] or [starts[0, i]]
@@ -296,7 +292,5 @@ def _best_run(surface: Surface, sample, leverage, distance, recommended) -> tupl
     points, runs = columns_of(near, model.terms), columns_of(candidates, model.terms)
     gain = (points @ inverse @ runs.T) ** 2 / (1 + model.leverage(candidates))
     best = int(np.argmax(gain.mean(axis=0)))
-    lowered = (columns_of(sample, model.terms) @ inverse @ runs[best]) ** 2 / (
-        1 + model.leverage(candidates[best])[0]
-    )
+    lowered = (columns_of(sample, model.terms) @ inverse @ runs[best]) ** 2 / (1 + model.leverage(candidates[best])[0])
     return candidates[best], leverage - lowered

@@ -239,9 +239,7 @@ def _centre_points(table: DesignTable) -> np.ndarray:
             "three-level table (Box-Behnken, central composite) with bbd"
         )
     if centre.all():
-        raise InputError(
-            "every run is a centre point: not a design; expected runs at the low and high levels"
-        )
+        raise InputError("every run is a centre point: not a design; expected runs at the low and high levels")
     return centre
 
 
@@ -259,9 +257,7 @@ def _anova(table: DesignTable, model: LinearFit, sums: dict) -> tuple[list[dict]
     lack_of_fit_p = None
     if pure_df:
         lack_df = model.df_residual - pure_df
-        lack = anova_row(
-            "lack of fit", max(model.ss_residual - pure_ss, 0.0), lack_df, pure_ss / pure_df, pure_df
-        )
+        lack = anova_row("lack of fit", max(model.ss_residual - pure_ss, 0.0), lack_df, pure_ss / pure_df, pure_df)
         lack_of_fit_p = lack["p"]
         rows += [lack, anova_row("pure error", pure_ss, pure_df)]
     rows.append({**anova_row("total", corrected, len(model.response) - 1), "mean_square": None})
@@ -388,9 +384,7 @@ def aliases(names: list[str], coded) -> dict[str, dict[str, float]]:
     first, second = columns_of(coded, linear_terms(names)), columns_of(coded, pairs)
     shares = np.linalg.lstsq(first, second, rcond=None)[0][1:]
     return {
-        name: {
-            pair: float(round(value, 12)) for pair, value in zip(pairs, row, strict=True) if abs(value) > 1e-9
-        }
+        name: {pair: float(round(value, 12)) for pair, value in zip(pairs, row, strict=True) if abs(value) > 1e-9}
         for name, row in zip(names, shares, strict=True)
     }
 

@@ -55,8 +55,7 @@ def first_order_model(screening: Screening, names: list[str] | None = None) -> t
         names = significant(screening)
         if not names:
             raise InputError(
-                "no factor is significant, so the climb has no direction: name the factors to move with "
-                "--climb-factors"
+                "no factor is significant, so the climb has no direction: name the factors to move with --climb-factors"
             )
     unknown = [name for name in names if name not in screening.table.names]
     if unknown:
@@ -146,9 +145,7 @@ def _origin(start, direction: np.ndarray, factors: list[Factor]) -> np.ndarray:
         return -np.sign(direction)
     missing = [factor.name for factor in factors if factor.name not in start]
     if missing:
-        raise InputError(
-            f"the start of the climb gives no level of {missing[0]!r}: expected one of every factor moved"
-        )
+        raise InputError(f"the start of the climb gives no level of {missing[0]!r}: expected one of every factor moved")
     return np.array([float(factor.coded(start[factor.name])) for factor in factors])
 
 
@@ -165,9 +162,7 @@ def _room(origin, direction, factors, limits) -> float:
         if d:
             room = min(room, ((high if d > 0 else low) - x) / d)
     if room < 1e-9:
-        raise InputError(
-            "the climb starts at a limit it would cross at once: start elsewhere, or widen the limits"
-        )
+        raise InputError("the climb starts at a limit it would cross at once: start elsewhere, or widen the limits")
     return float(room)
 
 
@@ -176,9 +171,7 @@ def _step_size(step: tuple[str, float], direction, factors) -> float:
     index = next((i for i, factor in enumerate(factors) if factor.name == name), None)
     if index is None or not direction[index] or not size:
         moved = ", ".join(factor.name for factor in factors)
-        raise InputError(
-            f"a step of {size:g} of {name!r} was asked for: expected a factor that moves ({moved}), not 0"
-        )
+        raise InputError(f"a step of {size:g} of {name!r} was asked for: expected a factor that moves ({moved}), not 0")
     return float(abs(size / (factors[index].half_range * direction[index])))
 
 

@@ -28,8 +28,7 @@ def grid(header: list[str], rows: list[list[str]]) -> str:
     lines = []
     for row in table:
         cells = [
-            cell.ljust(w) if i == 0 else cell.rjust(w)
-            for i, (cell, w) in enumerate(zip(row, widths, strict=True))
+            cell.ljust(w) if i == 0 else cell.rjust(w) for i, (cell, w) in enumerate(zip(row, widths, strict=True))
         ]
         lines.append("  ".join(cells).rstrip())
     return "\n".join(lines)
@@ -106,8 +105,7 @@ def screening_text(screening: Screening) -> str:
     ]
     parts = [
         _head(s, "Plackett-Burman"),
-        grid(header, rows)
-        + f"\n(last column: the smallest effect this design finds with probability {s.power:g})",
+        grid(header, rows) + f"\n(last column: the smallest effect this design finds with probability {s.power:g})",
         anova_text(s.anova),
         _summary_line(s),
     ]
@@ -168,9 +166,7 @@ def screening_warnings(screening: Screening) -> list[str]:
             "design with as many runs"
         )
     if screening.lack_of_fit_p is None and not screening.saturated:
-        found.append(
-            "there are no replicated runs, so lack of fit cannot be tested and the residual holds both"
-        )
+        found.append("there are no replicated runs, so lack of fit cannot be tested and the residual holds both")
     return found
 
 
@@ -205,19 +201,12 @@ def surface_text(surface: Surface) -> str:
 def _checks_text(surface: Surface) -> str:
     lines = []
     if surface.normality:
-        lines.append(
-            f"residuals: Shapiro-Wilk W {number(surface.normality[0])}, p {probability(surface.normality[1])}"
-        )
+        lines.append(f"residuals: Shapiro-Wilk W {number(surface.normality[0])}, p {probability(surface.normality[1])}")
     if surface.box_cox:
         power = surface.box_cox
-        need = (
-            "a transformation is indicated"
-            if power.transformation_needed
-            else "no transformation is indicated"
-        )
+        need = "a transformation is indicated" if power.transformation_needed else "no transformation is indicated"
         lines.append(
-            f"Box-Cox power {number(power.power, 3)} ({number(power.low, 3)} to {number(power.high, 3)}): "
-            f"{need}"
+            f"Box-Cox power {number(power.power, 3)} ({number(power.low, 3)} to {number(power.high, 3)}): {need}"
         )
     lines.append("VIF " + ", ".join(f"{name} {value:.3f}" for name, value in surface.vif.items()))
     return "\n".join(lines)
@@ -250,9 +239,7 @@ def surface_warnings(surface: Surface) -> list[str]:
             "by Lenth's margin and a half-normal plot, or leave terms out with --drop"
         )
     if not surface.pure_error_df:
-        found.append(
-            "there are no replicated runs, so the lack of fit cannot be tested; replicate the centre point"
-        )
+        found.append("there are no replicated runs, so the lack of fit cannot be tested; replicate the centre point")
     if surface.r2_predicted is None and not surface.saturated:
         found.append("one run alone carries a term (leverage 1), so the predicted R2 is undefined")
     elif surface.r2_predicted is not None and surface.r2_adjusted - surface.r2_predicted > PREDICTED_R2_GAP:
@@ -264,9 +251,7 @@ def surface_warnings(surface: Surface) -> list[str]:
     inflated = {name: value for name, value in surface.vif.items() if value > 5}
     if inflated:
         worst = max(inflated, key=inflated.get)
-        found.append(
-            f"the runs separate the terms poorly: VIF of {worst} {inflated[worst]:.1f} (1 is orthogonal)"
-        )
+        found.append(f"the runs separate the terms poorly: VIF of {worst} {inflated[worst]:.1f} (1 is orthogonal)")
     return found
 
 
@@ -359,9 +344,7 @@ def turning_text(turning: Turning) -> str:
     place = ", ".join(f"{name} {value:.5g}" for name, value in turning.centre.items())
     position = turning.order.index(turning.best) + 1
     if turning.at_start:
-        return (
-            f"the path never improved on its first run ({place}): start the next design there, or look again"
-        )
+        return f"the path never improved on its first run ({place}): start the next design there, or look again"
     if not turning.turned:
         return f"the path has not turned: its last run ({place}) is the best; go on along it"
     levels = "; ".join(f"{f.name} {f.low:g}, {f.centre:g}, {f.high:g}" for f in turning.next_factors)
@@ -394,10 +377,6 @@ def equivalence_text(found: Equivalence) -> str:
             else "no difference is shown, which does not show that there is none"
         ),
         f"  power to show equivalence if there is no difference: {found.power:.2f}"
-        + (
-            f"; 0.80 needs n = {found.n_for_power}"
-            if found.n_for_power
-            else "; no n of the runs alone reaches 0.80"
-        ),
+        + (f"; 0.80 needs n = {found.n_for_power}" if found.n_for_power else "; no n of the runs alone reaches 0.80"),
     ]
     return "\n".join(lines)

@@ -86,9 +86,7 @@ def sample_of(values) -> Sample:
     """
     values = np.asarray(values, dtype=float)
     if len(values) < 2:
-        raise InputError(
-            f"{len(values)} run was given to validate with: expected 2 or more, for a standard deviation"
-        )
+        raise InputError(f"{len(values)} run was given to validate with: expected 2 or more, for a standard deviation")
     return Sample(float(values.mean()), float(values.std(ddof=1)), len(values))
 
 
@@ -148,9 +146,7 @@ def _welch(runs: Sample, target: Sample) -> tuple[float, float]:
     total = sum(variance for variance, _ in parts)
     if total == 0:
         return 0.0, float(parts[0][1])
-    return float(np.sqrt(total)), float(
-        total**2 / sum(variance**2 / df for variance, df in parts if variance)
-    )
+    return float(np.sqrt(total)), float(total**2 / sum(variance**2 / df for variance, df in parts if variance))
 
 
 def tost_power(margin: float, standard_error: float, df: float, alpha: float = 0.05) -> float:
@@ -166,9 +162,7 @@ def tost_power(margin: float, standard_error: float, df: float, alpha: float = 0
     return float(np.clip(2 * passed - 1, 0, 1))
 
 
-def _runs_for_power(
-    runs: Sample, target: Sample, margin: float, alpha: float, power: float = 0.8
-) -> int | None:
+def _runs_for_power(runs: Sample, target: Sample, margin: float, alpha: float, power: float = 0.8) -> int | None:
     for n in range(2, 1001):
         standard_error, df = _welch(Sample(runs.mean, runs.sd, n), target)
         if standard_error == 0 or tost_power(margin, standard_error, df, alpha) >= power:

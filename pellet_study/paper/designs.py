@@ -19,8 +19,7 @@ def screening_factors() -> list[Factor]:
     rows = tables()["tables"]["6"]
     names = [printed[0].rsplit(" ", 1)[1] for printed in rows["printed"]]
     return [
-        Factor(name, low, high, UNITS.get(name, ""))
-        for name, (_, low, high) in zip(names, rows["values"], strict=True)
+        Factor(name, low, high, UNITS.get(name, "")) for name, (_, low, high) in zip(names, rows["values"], strict=True)
     ]
 
 

@@ -107,9 +107,7 @@ def drawn() -> dict:
     screening, surface, found = designs.screening(), designs.surface(), target()
     return {
         "eq1_restitution": bench_curve(3, "restitution coefficient a1", "rebound height b1 / mm", 8.01),
-        "eq3_rolling_friction": bench_curve(
-            5, "rolling friction coefficient a3", "rolling distance b3 / mm", 69.2
-        ),
+        "eq3_rolling_friction": bench_curve(5, "rolling friction coefficient a3", "rolling distance b3 / mm", 69.2),
         "table08_pareto": figures.pareto(screening, UNIT),
         "table08_half_normal": figures.half_normal(screening.effects, screening.lenth, UNIT),
         "table10_climb": figures.climb_path(climb()[0], UNIT, target=found.target),

@@ -74,8 +74,7 @@ def _r2_reason(model, printed) -> str:
         return ""
     half = np.array([half_last_digit(row[2]) for row in tables()["tables"]["5"]["printed"]])
     perturbed = [
-        designs.r_squared(model, model.response + half * signs)
-        for signs in product((-1, 1), repeat=len(half))
+        designs.r_squared(model, model.response + half * signs) for signs in product((-1, 1), repeat=len(half))
     ]
     adjusted = 1 - (1 - value) * (len(half) - 1) / model.df_residual
     line = designs.r_squared(designs.bench_fit(5, degree=1))
@@ -133,9 +132,7 @@ def missing_test() -> list[Item]:
     (low, high), sets, step = text["a2_range"], text["a2_sets"], text["a2_step"]
     needed = (high - low) / (sets - 1)
     return [
-        Item(
-            section, "Eq. 2 coefficients and Table 4", "absent", None, None, DATA_MISSING, "not in the text"
-        ),
+        Item(section, "Eq. 2 coefficients and Table 4", "absent", None, None, DATA_MISSING, "not in the text"),
         Item(
             section,
             "Eq. 2 R2",
@@ -143,8 +140,7 @@ def missing_test() -> list[Item]:
             first,
             first - text["R2_eq2"],
             DATA_MISSING,
-            f"{'identical to' if same else 'not'} Eq. 1's R2, which comes out as {first:.7f}: most likely "
-            "copied",
+            f"{'identical to' if same else 'not'} Eq. 1's R2, which comes out as {first:.7f}: most likely copied",
         ),
         Item(
             section,

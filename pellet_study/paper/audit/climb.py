@@ -99,9 +99,7 @@ def _climb_repeats(section, model, points) -> list[Item]:
         inside = any(low <= angle <= high for angle in angles)
         runs = ", ".join(f"run {i + 1} = {response[i]}" for i in same)
         error = (
-            100
-            * abs(mean - printed_text()["repose_angle_physical_deg"])
-            / printed_text()["repose_angle_physical_deg"]
+            100 * abs(mean - printed_text()["repose_angle_physical_deg"]) / printed_text()["repose_angle_physical_deg"]
         )
         reason = f"{runs}; 95 % prediction interval {low:.2f} to {high:.2f}"
         if not inside:

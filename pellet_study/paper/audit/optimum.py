@@ -16,10 +16,7 @@ def at_optimum(b_reversed: bool):
     surface, point = designs.surface(b_reversed), printed_text()["optimum"]
     half = 0.0005
     corners = [
-        [
-            float(f.coded(point[f.name] + sign * half))
-            for f, sign in zip(surface.table.factors, signs, strict=True)
-        ]
+        [float(f.coded(point[f.name] + sign * half)) for f, sign in zip(surface.table.factors, signs, strict=True)]
         for signs in product((-1, 1), repeat=3)
     ]
     coded = [float(f.coded(point[f.name])) for f in surface.table.factors]
@@ -116,8 +113,7 @@ def _centre(section, target) -> list[Item]:
             f"{low:.4f} or {high:.4f}",
             mean,
             max(p[1:]) > LEVEL,
-            f"t({n - 1}) of one new run {statistics[1]:.3f} (p {p[1]:.3f}) or {statistics[2]:.3f} (p "
-            f"{p[2]:.3f})",
+            f"t({n - 1}) of one new run {statistics[1]:.3f} (p {p[1]:.3f}) or {statistics[2]:.3f} (p {p[2]:.3f})",
         ),
     ]
 

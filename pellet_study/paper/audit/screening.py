@@ -23,8 +23,7 @@ def screening_design() -> list[Item]:
             str(orthogonal),
             None,
             REPRODUCED if orthogonal else INCONSISTENT,
-            f"D'D = {runs} I; in order the first {n_factors} columns of the standard cyclic design: "
-            f"{standard}",
+            f"D'D = {runs} I; in order the first {n_factors} columns of the standard cyclic design: {standard}",
         ),
         Item(
             section,
@@ -74,12 +73,8 @@ def effects() -> list[Item]:
     for name, cell in cells.items():
         items += [
             compare(section, f"{name} effect", cell["Stdized effects"], screening.effects[name]),
-            compare(
-                section, f"{name} sum of squares", cell["Sum of squares"], screening.sums_of_squares[name]
-            ),
-            compare(
-                section, f"{name} contribution, %", cell["Contribution degree"], screening.contributions[name]
-            ),
+            compare(section, f"{name} sum of squares", cell["Sum of squares"], screening.sums_of_squares[name]),
+            compare(section, f"{name} contribution, %", cell["Contribution degree"], screening.contributions[name]),
         ]
     positive = {name for name, effect in screening.effects.items() if effect > 0}
     claimed = set("ACEFG")
@@ -103,8 +98,7 @@ def effects() -> list[Item]:
             "standardised",
             "raw effects" if raw else "unknown",
             not raw,
-            "the values are mean(+) - mean(-) in degrees; standardised (t) B would be "
-            f"{standardised['B']:.3f}",
+            f"the values are mean(+) - mean(-) in degrees; standardised (t) B would be {standardised['B']:.3f}",
         )
     )
     return items

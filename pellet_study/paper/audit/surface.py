@@ -19,8 +19,7 @@ def surface_design() -> list[Item]:
             str(same),
             None,
             REPRODUCED if same else INCONSISTENT,
-            f"the {len(library)} runs of pyDOE3.bbdesign(3), in Design-Expert's standard order, not "
-            "randomised",
+            f"the {len(library)} runs of pyDOE3.bbdesign(3), in Design-Expert's standard order, not randomised",
         )
     ]
 

@@ -1,0 +1,78 @@
+"""`pellet-study doctor`: what is installed, which YADE, whether its contact laws pass their checks."""
+
+import argparse
+import importlib.metadata
+import platform
+import tempfile
+from pathlib import Path
+
+from pellet_study.errors import StudyError
+
+EPILOG = """\
+examples:
+  pellet-study doctor
+  pellet-study doctor --results results/checks    every check, and what the rigs' answers depend on (an hour)
+"""
+PACKAGES = ("numpy", "scipy", "pandas", "statsmodels", "pyDOE3", "matplotlib", "tqdm")
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """Declare the arguments."""
+    parser.epilog = EPILOG
+    parser.add_argument(
+        "--results", type=Path, metavar="FOLDER", help="run all checks and write their tables there (resumable)"
+    )
+
+
+def run(arguments: argparse.Namespace) -> dict:
+    """Report; write the full tables where asked."""
+    from pellet_study import __version__, dispatch, yade
+
+    answer = {"pellet_study": __version__, "python": platform.python_version(), "yade": None, "version": None}
+    answer["packages"] = {name: importlib.metadata.version(name) for name in PACKAGES}
+    print(f"pellet-study {__version__}, Python {answer['python']}, {dispatch.cores()} cores")
+    print("  " + ", ".join(f"{name} {version}" for name, version in answer["packages"].items()))
+    try:
+        answer["yade"], answer["version"] = yade.executable(), yade.version()
+    except StudyError as error:
+        print(f"YADE: {error}")
+        return {**answer, "ok": False, "checks": []}
+    print(f"YADE {answer['version']}: {answer['yade']}")
+    if arguments.results is None:
+        with tempfile.TemporaryDirectory() as folder:
+            table = _law_checks(Path(folder) / ".store", quick=True)
+    else:
+        table = _law_checks(arguments.results / ".store", quick=False)
+        _write(table, arguments.results / "law_checks.csv")
+        _full(arguments.results)
+    broken = table[~table["within"] & (table["remark"] == "")]
+    known = int((~table["within"]).sum()) - len(broken)
+    print(f"contact laws: {int(table['within'].sum())} of {len(table)} checks within 2 % or 0.005;")
+    print(f"  {known} are outside for a reason the table states, {len(broken)} without one")
+    for _, row in broken.iterrows():
+        print(
+            f"  {row['check']} {row['contact_law']} {row['setting']}: requested {row['requested']:g}, got {row['measured']:g}"
+        )
+    if len(broken):
+        print("This YADE's contact laws differ from those the rigs were built on: do not trust its results.")
+    return {**answer, "ok": broken.empty, "checks": table.astype(object).where(table.notna(), None).to_dict("records")}
+
+
+def _law_checks(store: Path, quick: bool):
+    from pellet_study import dispatch, law_checks
+
+    return law_checks.table(dispatch.run(law_checks.cases(quick=quick), store))
+
+
+def _full(folder: Path) -> None:
+    from pellet_study import convergence
+
+    _write(convergence.time_steps_table(), folder / "time_steps.csv")
+    for name, table in convergence.TABLES.items():
+        found = table(folder / ".store")
+        _write(found, folder / f"{name}.csv")
+        print(found.round(4).to_string(index=False, max_colwidth=40), end="\n\n")
+
+
+def _write(table, file: Path) -> None:
+    table.to_csv(file, index=False, lineterminator="\n", float_format="%.6g")
