@@ -64,6 +64,9 @@ STAGES = (
 )
 
 
+SEED_RANGE = 256 * ORIENTATIONS_PER_BLOCK
+
+
 @dataclass(frozen=True)
 class Reading:
     """A bench measurement: mean of n readings with their standard deviation (None where unknown), and its conditions."""
@@ -174,12 +177,15 @@ class Bench:
         return max(4, round(number * self.effort))
 
     def means(self, stage: Stage, reading: Reading, settings: Sequence[dict], seeds: int, first: int) -> list[Mean]:
-        """Mean of a rig's observable at each setting of the parameters, each with seeds of its own from `first` on."""
+        """Mean of a rig's observable at each setting of the parameters, each in a range of seeds of its own.
+
+        Range number k starts at k SEED_RANGE, whatever the number of seeds: a larger effort reuses a smaller one's runs.
+        """
         cases = [
             rigs.case(
                 stage.rig,
                 contact_law=self.contact_law,
-                seed=first + k * seeds + seed,
+                seed=(first + k) * SEED_RANGE + seed,
                 parameters={**self.parameters, **setting},
                 conditions=reading.conditions,
             )
@@ -215,10 +221,9 @@ class Bench:
         interval = curve.interval(reading.value, uncertainty)
         verification = None
         if value is not None:
-            after = seeds * len(stage.levels)
-            first = -(-after // ORIENTATIONS_PER_BLOCK) * ORIENTATIONS_PER_BLOCK  # seeds no level has seen
             there = [{**fixed, stage.parameter: value}]
-            verification = self.means(stage, reading, there, self.seeds(stage.verification_seeds), first)[0]
+            after = len(stage.levels)  # seeds no level has seen
+            verification = self.means(stage, reading, there, self.seeds(stage.verification_seeds), after)[0]
         return Calibrated(stage, reading, sweep, curve, value, interval, verification)
 
     def run(self, readings: dict[str, Reading]) -> list[Calibrated]:
@@ -244,6 +249,8 @@ class Bench:
             if result.value is None:
                 return found
             fixed[stage.parameter] = result.value
-        first = 1_000_000 * ORIENTATIONS_PER_BLOCK
-        joint = [self.means(r.stage, r.reading, [fixed], self.seeds(r.stage.seeds), first)[0] for r in found]
+        joint = [
+            self.means(r.stage, r.reading, [fixed], self.seeds(r.stage.seeds), len(r.stage.levels) + 1)[0]
+            for r in found
+        ]
         return [Calibrated(**{**vars(r), "joint": mean}) for r, mean in zip(found, joint, strict=True)]

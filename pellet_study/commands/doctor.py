@@ -26,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> dict:
     """Report; write the full tables where asked."""
-    from pellet_study import __version__, dispatch, yade
+    from pellet_study import __version__, dispatch, law_checks, yade
 
     answer = {"pellet_study": __version__, "python": platform.python_version(), "yade": None, "version": None}
     answer["packages"] = {name: importlib.metadata.version(name) for name in PACKAGES}
@@ -45,7 +45,7 @@ def run(arguments: argparse.Namespace) -> dict:
         table = _law_checks(arguments.results / ".store", quick=False)
         _write(table, arguments.results / "law_checks.csv")
         _full(arguments.results)
-    broken = table[~table["within"] & (table["remark"] == "")]
+    broken = law_checks.unexplained(table)
     known = int((~table["within"]).sum()) - len(broken)
     print(f"contact laws: {int(table['within'].sum())} of {len(table)} checks within 2 % or 0.005;")
     print(f"  {known} are outside for a reason the table states, {len(broken)} without one")

@@ -1,0 +1,35 @@
+# make study   install what is missing and run the quick study; make test   likewise, then the tests
+PYTHON ?= python3.11
+SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
+BIN := .venv/bin
+
+.PHONY: study test install yade results
+
+study: install yade
+	$(BIN)/pellet-study bench results/quick
+
+test: install yade
+	$(BIN)/python -m pytest
+
+# remakes the committed results in full; resumable, about an hour on two cores
+results: install yade
+	$(BIN)/pellet-study doctor --results results/checks
+	$(BIN)/pellet-study bench results/bench --effort 4
+	$(BIN)/pellet-study audit --results results/paper
+
+install: $(BIN)/.installed
+
+$(BIN)/.installed: pyproject.toml
+	@command -v $(PYTHON) >/dev/null || { echo "Python 3.11 or newer is needed; say which with: make PYTHON=python3.12"; exit 2; }
+	@echo "making a virtual environment in .venv and installing pellet-study with its dependencies there"
+	@$(PYTHON) -m venv .venv 2>/dev/null || { \
+	  echo "python's venv module is missing: installing Debian's python3-venv"; \
+	  $(SUDO) apt-get update -qq && $(SUDO) apt-get install -y -qq python3-venv >/dev/null && $(PYTHON) -m venv .venv; }
+	@$(BIN)/python -m pip install --quiet --editable ".[test]"
+	@touch $@
+
+yade:
+	@if [ -n "$$PELLET_STUDY_YADE" ] || command -v yadedaily >/dev/null || command -v yade >/dev/null; then :; else \
+	  echo "YADE is missing: installing Debian's package yade (a few minutes)"; \
+	  $(SUDO) apt-get update -qq && \
+	  DEBIAN_FRONTEND=noninteractive $(SUDO) apt-get install -y -qq --no-install-recommends yade >/dev/null; fi
