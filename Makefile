@@ -1,5 +1,5 @@
 # make study   install what is missing and run the quick study; make test   likewise, then the tests
-PYTHON ?= python3.11
+PYTHON ?= python3
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 BIN := .venv/bin
 
@@ -20,7 +20,8 @@ results: install yade
 install: $(BIN)/.installed
 
 $(BIN)/.installed: pyproject.toml
-	@command -v $(PYTHON) >/dev/null || { echo "Python 3.11 or newer is needed; say which with: make PYTHON=python3.12"; exit 2; }
+	@$(PYTHON) -c 'import sys; sys.exit(sys.version_info < (3, 11))' || { \
+	  echo "Python 3.11 or newer is needed, $(PYTHON) is not; name one: make PYTHON=python3.12"; exit 2; }
 	@echo "making a virtual environment in .venv and installing pellet-study with its dependencies there"
 	@$(PYTHON) -m venv .venv 2>/dev/null || { \
 	  echo "python's venv module is missing: installing Debian's python3-venv"; \

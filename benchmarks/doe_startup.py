@@ -38,9 +38,7 @@ def main(pairs: int) -> int:
             times = [(seconds(own), seconds(REFERENCE)) for _ in range(pairs)]
             ratio = statistics.median(mine / reference for mine, reference in times)
             medians = [statistics.median(column) for column in zip(*times, strict=True)]
-            print(
-                f"{command} {medians[0]:.2f} s, import statsmodels.api {medians[1]:.2f} s, ratio {ratio:.2f}"
-            )
+            print(f"{command} {medians[0]:.2f} s, import statsmodels.api {medians[1]:.2f} s, ratio {ratio:.2f}")
             status |= ratio >= LIMIT
     return status
 

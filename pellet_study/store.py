@@ -27,7 +27,7 @@ class Store:
     """The folder of finished cases; `with store:` holds it for one writer at a time."""
 
     def __init__(self, folder: Path):
-        self.folder = Path(folder)
+        self.folder = Path(folder).resolve()
 
     def __enter__(self):
         self.folder.mkdir(parents=True, exist_ok=True)

@@ -45,6 +45,11 @@ def test_rows_come_in_the_order_of_the_cases_and_are_stored(tmp_path):
     assert len(stored) == 3  # the case asked twice was run once
 
 
+def test_a_relative_store_is_found_by_the_processes(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert list(dispatch.run([faulty(2)], Path("study/.store"))["answer"]) == [6]
+
+
 def test_stored_cases_start_no_yade(tmp_path, monkeypatch):
     cases = [faulty(seed) for seed in range(4)]
     first = dispatch.run(cases, tmp_path)
@@ -84,7 +89,9 @@ dispatch.run(cases, Path(sys.argv[2]))
 
 
 def start_driver(store: Path, number: int) -> subprocess.Popen:
-    return subprocess.Popen([sys.executable, "-c", DRIVER, str(FAULTS), str(store), str(number)], stderr=subprocess.PIPE)
+    return subprocess.Popen(
+        [sys.executable, "-c", DRIVER, str(FAULTS), str(store), str(number)], stderr=subprocess.PIPE
+    )
 
 
 def stored(store: Path) -> int:
@@ -217,7 +224,9 @@ def test_no_yade_says_how_to_install_it(monkeypatch, tmp_path):
 
 def test_a_yade_that_does_not_run_ends_the_campaign_with_its_words(monkeypatch, tmp_path):
     broken = tmp_path / "broken"
-    broken.write_text('#!/bin/sh\n[ "$1" = --version ] && echo "Yade version: 0" && exit 0\necho "no such library" >&2\nexit 1\n')
+    broken.write_text(
+        '#!/bin/sh\n[ "$1" = --version ] && echo "Yade version: 0" && exit 0\necho "no such library" >&2\nexit 1\n'
+    )
     broken.chmod(0o755)
     monkeypatch.setenv("PELLET_STUDY_YADE", str(broken))
     yade.executable.cache_clear()
