@@ -129,7 +129,22 @@ def _details(result: Calibrated) -> list[str]:
             f"  the measurement {result.reading.value:g} is not met between {curve.low:g} and {curve.high:g}: "
             "check the rig's conditions in measurements.csv (apparatus dimensions are inferred, not printed)"
         )
-    return lines + _remark(result)
+    return lines + _precision(result) + _remark(result)
+
+
+def _precision(result: Calibrated) -> list[str]:
+    """What the verification error can tell, given its own standard error."""
+    check, measured = result.verification, result.reading.value
+    if check is None:
+        return []
+    known = 100 * check.standard_error / measured
+    if known < 0.5:
+        return []
+    needed = int(np.ceil(check.n * (known / 0.5) ** 2 / 100) * 100)
+    return [
+        f"  the verification error is known to +- {known:.1f} % ({check.n} seeds scatter with {check.standard_error * np.sqrt(check.n):.3g});",
+        f"  to tell an error of 1 % from none takes a standard error of 0.5 %, about {needed} seeds (--effort)",
+    ]
 
 
 def _remark(result: Calibrated) -> list[str]:
@@ -137,8 +152,8 @@ def _remark(result: Calibrated) -> list[str]:
     if result.stage.rig == "slope_slip" and result.value is not None:
         tangent = np.tan(np.radians(result.reading.value))
         return [
-            f"  a sliding seed gives tan({result.reading.value:g} deg) = {tangent:.4f}; the paper's 0.776 would slide at "
-            f"{np.degrees(np.arctan(0.776)):.2f} deg. Its seed must have started to tip or roll, not to slide."
+            f"  a sliding seed gives tan({result.reading.value:g} deg) = {tangent:.4f}; the paper's 0.776 would slide at",
+            f"  {np.degrees(np.arctan(0.776)):.2f} deg: its seed must have started to tip or roll before it slid.",
         ]
     if result.stage.rig == "rebound":
         return [
