@@ -2,6 +2,7 @@
 PYTHON ?= python3
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 BIN := .venv/bin
+APT_INSTALL := $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends
 
 .PHONY: study test install yade results
 
@@ -25,7 +26,7 @@ $(BIN)/.installed: pyproject.toml
 	@echo "making a virtual environment in .venv and installing pellet-study with its dependencies there"
 	@$(PYTHON) -m venv .venv 2>/dev/null || { \
 	  echo "python's venv module is missing: installing Debian's python3-venv"; \
-	  $(SUDO) apt-get update -qq && $(SUDO) apt-get install -y -qq python3-venv >/dev/null && $(PYTHON) -m venv .venv; }
+	  $(SUDO) apt-get update -qq && $(APT_INSTALL) python3-venv >/dev/null && $(PYTHON) -m venv .venv; }
 	@$(BIN)/python -m pip install --quiet --editable ".[test]"
 	@touch $@
 
@@ -33,4 +34,4 @@ yade:
 	@if [ -n "$$PELLET_STUDY_YADE" ] || command -v yadedaily >/dev/null || command -v yade >/dev/null; then :; else \
 	  echo "YADE is missing: installing Debian's package yade (a few minutes)"; \
 	  $(SUDO) apt-get update -qq && \
-	  DEBIAN_FRONTEND=noninteractive $(SUDO) apt-get install -y -qq --no-install-recommends yade >/dev/null; fi
+	  $(APT_INSTALL) yade >/dev/null; fi

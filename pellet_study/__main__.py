@@ -57,8 +57,8 @@ def main(argv: list[str] | None = None) -> int:
     except BrokenPipeError:  # `pellet-study ... | head`: the reader has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
     except OSError as error:
-        print(f"pellet-study: {error.filename or ''}: {error.strerror}", file=sys.stderr)
-        return 1
+        print(f"pellet-study: {error}", file=sys.stderr)
+        return StudyError.exit_status
     return 0
 
 

@@ -5,7 +5,7 @@ which it meets the measurement, fixes it for the stages that follow, and simulat
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -28,6 +28,7 @@ class Stage:
     seeds: int
     verification_seeds: int
     table: int | None  # of the paper, where it is printed
+    resolution: float = 0.0  # half-width of the interval in which a single reading lies
 
 
 STAGES = (
@@ -50,6 +51,7 @@ STAGES = (
         8,
         16,
         None,
+        resolution=0.025,  # half the bracket of 0.02 deg, and the tilt at which sliding is told from creaking
     ),
     Stage(
         "inclined_roll",
@@ -64,6 +66,7 @@ STAGES = (
 )
 
 
+LEAST_BLOCKS = 8
 SEED_RANGE = 256 * ORIENTATIONS_PER_BLOCK
 
 
@@ -133,6 +136,11 @@ def readings(rows) -> dict[str, Reading]:
                 f"measurements, lines {', '.join(str(row.line) for row in mine)}: bench calibrates at one setting, but these "
                 f"{stage.rig} rows differ in their conditions; use `compare` for several, or leave one setting"
             )
+        if any(row.parameters for row in mine):
+            raise InputError(
+                f"measurements, line {mine[0].line}: bench calibrates the parameters itself; leave the parameter columns of "
+                f"the {stage.rig} rows blank, or use `compare`"
+            )
         n = sum(row.n for row in mine)
         value = sum(row.n * row.value for row in mine) / n
         sds = [row.sd for row in mine]
@@ -143,19 +151,26 @@ def readings(rows) -> dict[str, Reading]:
     return found
 
 
-def mean_over_seeds(values: Sequence[float], failed: int = 0) -> Mean:
+def mean_over_seeds(values: Sequence[float], failed: int = 0, resolution: float = 0.0) -> Mean:
     """Mean over seeds in their order; the standard error from the scatter of whole blocks of seeds.
 
     Seeds of one block of 64 fill the orientations evenly and are not independent of each other; blocks are. Fewer than
-    four whole blocks: the scatter of the seeds themselves (which overstates the error of an even set).
+    eight whole blocks: the scatter of the seeds themselves, which overstates the error of an even set.
+
+    Parameters
+    ----------
+    values : one a seed, in the order of the seeds
+    failed : how many seeds gave none
+    resolution : half-width of the interval in which each reading may lie (a bracket); its variance is added
     """
     values = np.asarray(values, dtype=float)
     blocks = len(values) // ORIENTATIONS_PER_BLOCK
-    if blocks >= 4:
+    if blocks >= LEAST_BLOCKS:
         means = values[: blocks * ORIENTATIONS_PER_BLOCK].reshape(blocks, -1).mean(axis=1)
         error = means.std(ddof=1) / np.sqrt(blocks)
     else:
         error = values.std(ddof=1) / np.sqrt(len(values)) if len(values) > 1 else float("nan")
+    error = np.hypot(error, resolution / np.sqrt(3))
     return Mean(float(values.mean()), float(error), len(values), failed)
 
 
@@ -164,13 +179,14 @@ class Bench:
 
     Parameters
     ----------
-    parameters : parameters that are not swept (material constants)
+    parameters : the study's parameters; one that is calibrated here counts only where its own test has no reading
     effort : share of the seeds of `STAGES` that is simulated, for a quick look
     """
 
     def __init__(self, contact_law: str, parameters: dict, store: Path, effort: float = 1.0, quiet: bool = False):
         self.contact_law, self.parameters = contact_law, dict(parameters)
         self.store, self.effort, self.quiet = Path(store), effort, quiet
+        self.runs: list[pd.DataFrame] = []  # every row asked for, call after call
 
     def seeds(self, number: int) -> int:
         """A number of seeds at the chosen effort, at least 4."""
@@ -181,18 +197,20 @@ class Bench:
 
         Range number k starts at k SEED_RANGE, whatever the number of seeds: a larger effort reuses a smaller one's runs.
         """
+        known = rigs.rig(stage.rig).parameters
         cases = [
             rigs.case(
                 stage.rig,
                 contact_law=self.contact_law,
                 seed=(first + k) * SEED_RANGE + seed,
-                parameters={**self.parameters, **setting},
+                parameters={**{k: v for k, v in self.parameters.items() if k in known}, **setting},
                 conditions=reading.conditions,
             )
             for k, setting in enumerate(settings)
             for seed in range(seeds)
         ]
         rows = dispatch.run(cases, self.store, quiet=self.quiet)
+        self.runs.append(rows)
         answers = []
         for k, setting in enumerate(settings):
             part = rows.iloc[k * seeds : (k + 1) * seeds]
@@ -203,7 +221,7 @@ class Bench:
                     f"{stage.rig} at {setting}: only {len(good)} of {seeds} runs gave a result; "
                     f"most common reason: {reasons.index[0]} ({reasons.iloc[0]} runs)"
                 )
-            answers.append(mean_over_seeds(good, seeds - len(good)))
+            answers.append(mean_over_seeds(good, seeds - len(good), stage.resolution))
         return answers
 
     def calibrate(self, stage: Stage, reading: Reading, fixed: dict) -> Calibrated:
@@ -217,8 +235,8 @@ class Bench:
         )
         curve = quadratic.fit(stage.levels, sweep[stage.observable])
         value = curve.root(reading.value)
-        uncertainty = reading.sd / np.sqrt(reading.n) if reading.sd is not None else 0.0
-        interval = curve.interval(reading.value, uncertainty)
+        measured = reading.sd / np.sqrt(reading.n) if reading.sd is not None else 0.0
+        interval = curve.interval(reading.value, float(np.hypot(measured, stage.resolution / np.sqrt(3))))
         verification = None
         if value is not None:
             there = [{**fixed, stage.parameter: value}]
@@ -240,7 +258,9 @@ class Bench:
                 f"the measurements have no row of a bench rig ({', '.join(s.rig for s in STAGES)}); nothing to calibrate"
             )
         found: list[Calibrated] = []
-        fixed = {stage.parameter: 0.0 for stage in STAGES if stage.parameter != "seed_powder_restitution"}
+        swept = [stage.parameter for stage in stages]
+        fixed = {s.parameter: self.parameters[s.parameter] for s in STAGES if s.parameter in self.parameters}
+        fixed |= {name: 0.0 for name in swept if name != STAGES[0].parameter}  # as the paper: off until its own stage
         for stage in stages:
             result = self.calibrate(
                 stage, readings[stage.rig], {k: v for k, v in fixed.items() if k != stage.parameter}
@@ -253,4 +273,4 @@ class Bench:
             self.means(r.stage, r.reading, [fixed], self.seeds(r.stage.seeds), len(r.stage.levels) + 1)[0]
             for r in found
         ]
-        return [Calibrated(**{**vars(r), "joint": mean}) for r, mean in zip(found, joint, strict=True)]
+        return [replace(r, joint=mean) for r, mean in zip(found, joint, strict=True)]

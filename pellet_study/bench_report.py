@@ -7,10 +7,9 @@ import numpy as np
 import pandas as pd
 
 from pellet_study import figures, paper, quadratic
-from pellet_study.bench import Bench, Calibrated
-from pellet_study.errors import StudyError
+from pellet_study.bench import STAGES, Calibrated
 
-UNITS = {"mm": "mm", "deg": "deg"}
+PAPER_MEASURED = {"a1": "b1_physical_mm", "a2": "b2_physical_deg", "a3": "b3_physical_mm"}
 PAPER_FOUND = {"a1": "a1_solution", "a2": "a2_solution", "a3": "a3_solution"}
 
 
@@ -42,9 +41,18 @@ def _number(x: float) -> float | None:
     return float(x) if np.isfinite(x) else None
 
 
-def write(results: Sequence[Calibrated], folder: Path, rig: Bench) -> str:
+def write_runs(runs: Sequence[pd.DataFrame], file: Path) -> None:
+    """Every simulation of a call as one table, sorted by case id."""
+    together = pd.concat(runs).drop_duplicates("id").sort_values("id")
+    together.to_csv(file, index=False, lineterminator="\n")
+
+
+def write(results: Sequence[Calibrated], folder: Path, contact_law: str) -> str:
     """Write sweeps, calibration, figures and summary into the study; returns the summary."""
     table = []
+    for stage in STAGES:  # what an earlier call with other measurements left
+        (folder / f"sweep_{stage.rig}.csv").unlink(missing_ok=True)
+        (folder / "figures" / f"{stage.rig}.png").unlink(missing_ok=True)
     for result in results:
         stage = result.stage
         result.sweep.round(6).to_csv(folder / f"sweep_{stage.rig}.csv", index=False, lineterminator="\n")
@@ -58,10 +66,8 @@ def write(results: Sequence[Calibrated], folder: Path, rig: Bench) -> str:
         record.pop("coefficient_intervals")
         table.append({**record, "interval_low": low, "interval_high": high, **coefficients})
     pd.DataFrame(table).to_csv(folder / "calibration.csv", index=False, lineterminator="\n", float_format="%.6g")
-    text = summary(results, rig)
+    text = summary(results, contact_law)
     (folder / "summary.txt").write_text(text + "\n", encoding="utf-8")
-    if results[-1].value is None:
-        raise StudyError(text)
     return text + f"\n\nresults in {folder}; figures in {folder / 'figures'}"
 
 
@@ -74,10 +80,10 @@ def _printed(number: int | None):
     return (x, y), quadratic.fit(x, y)
 
 
-def summary(results: Sequence[Calibrated], rig: Bench) -> str:
+def summary(results: Sequence[Calibrated], contact_law: str) -> str:
     """The calibration in words: each stage, the paper beside, what differs."""
     printed = paper.tables()["text"]
-    lines = [f"Bench calibration, contact law {rig.contact_law}, one stage after the other as in the paper", ""]
+    lines = [f"Bench calibration, contact law {contact_law}, one stage after the other as in the paper", ""]
     lines.append("stage            parameter   ours     95 % interval     paper   verification        error")
     for result in results:
         stage, check = result.stage, result.verification
@@ -118,7 +124,7 @@ def _details(result: Calibrated) -> list[str]:
         lines.append(f"  paper  {_equation(printed, stage.symbol)}   (recomputed from Table {stage.table})")
         x, y = rows
         ours = result.sweep[stage.observable].to_numpy()
-        slopes = [np.polyfit(np.log(x), np.log(v), 1)[0] for v in (y, ours)]
+        slopes = _log_slopes(result)
         gap = np.sqrt(np.mean((ours - y) ** 2))
         lines.append(
             f"  log-log slope over the sweep: paper {slopes[0]:.2f}, ours {slopes[1]:.2f}; rms difference {gap:.3g}"
@@ -148,19 +154,37 @@ def _precision(result: Calibrated) -> list[str]:
 
 
 def _remark(result: Calibrated) -> list[str]:
-    """What the difference from the paper suggests, from the numbers at hand."""
-    if result.stage.rig == "slope_slip" and result.value is not None:
-        tangent = np.tan(np.radians(result.reading.value))
-        return [
-            f"  a sliding seed gives tan({result.reading.value:g} deg) = {tangent:.4f}; the paper's 0.776 would slide at",
-            f"  {np.degrees(np.arctan(0.776)):.2f} deg: its seed must have started to tip or roll before it slid.",
+    """What the difference from the paper suggests; only for the paper's own readings."""
+    stage = result.stage
+    printed = paper.tables()["text"]
+    if result.reading.value != printed[PAPER_MEASURED[stage.symbol]]:
+        return []
+    if stage.rig == "slope_slip" and result.value is not None:
+        tangent, found = np.tan(np.radians(result.reading.value)), printed[PAPER_FOUND[stage.symbol]]
+        lines = [
+            f"  a sliding seed gives tan({result.reading.value:g} deg) = {tangent:.4f}; the paper's {found:g} would slide at"
         ]
-    if result.stage.rig == "rebound":
-        return [
-            "  a rigid central bounce would rise as a1^2 (slope 2). A seed that lands tilted turns part of its fall into",
-            "  spin, and spin into height at a second touch, whatever a1 is: the curve is flatter, ours more than theirs.",
-        ]
+        lines.append(f"  {np.degrees(np.arctan(found)):.2f} deg")
+        if found > 1.02 * result.value:
+            lines[-1] += ": its seed must have started to tip or roll before it slid"
+        return lines
+    if stage.rig == "rebound":
+        slopes = _log_slopes(result)
+        lines = ["  a rigid central bounce would rise as a1^2 (log-log slope 2)"]
+        if max(slopes) < 1.8:
+            lines[0] += "; here a seed that lands tilted turns part of"
+            lines.append(
+                "  its fall into spin, and spin into height at a second touch, whatever a1 is: the curve is flatter"
+            )
+        return lines
     return []
+
+
+def _log_slopes(result: Calibrated) -> tuple[float, float]:
+    """Slope of log reading over log parameter across the sweep: the paper's, ours."""
+    (x, y), _ = _printed(result.stage.table)
+    ours = result.sweep[result.stage.observable].to_numpy()
+    return tuple(float(np.polyfit(np.log(x), np.log(np.maximum(v, 1e-9)), 1)[0]) for v in (y, ours))
 
 
 def _joint(results: Sequence[Calibrated]) -> list[str]:

@@ -22,6 +22,7 @@ from pellet_study.store import Store, key
 from yade_scripts.case import CLAIM_BYTES, Table, flat, one_line
 
 POLL_S = 0.05
+START_LIMIT_S = 120.0
 NOISE = (
     "Welcome to Yade",
     "Using python version",
@@ -63,6 +64,9 @@ def run(cases: Sequence[dict], store: Path, *, workers: int | None = None, quiet
         if missing:
             _Campaign(list(missing.values()), opened, workers or cores(), quiet).run()
             known = {name: opened.rows(rigs.rig(name)) for name in known}
+    lost = [case["id"] for case in keyed if case["id"] not in known[case["rig"]].index]
+    if lost:
+        raise SimulationError(f"{len(lost)} of {len(keyed)} cases have no row in {store}; call again, others are kept")
     rows = []
     for name, table in known.items():
         places = [place for place, case in enumerate(keyed) if case["rig"] == name]
@@ -96,6 +100,28 @@ class _Worker:
         return one_line(said[-1]) if said else "no last words"
 
 
+class _Claims:
+    """The file in which processes claim cases, read on from where it was read last."""
+
+    def __init__(self, file: Path):
+        self.file, self._last, self._read = file, {}, 0
+        file.touch()
+
+    def number(self) -> int:
+        """Number of cases claimed."""
+        return self.file.stat().st_size // CLAIM_BYTES
+
+    def read(self) -> dict[str, int]:
+        """The case each process claimed last."""
+        with open(self.file, "rb") as stream:
+            stream.seek(self._read * CLAIM_BYTES)
+            new = stream.read()
+        for start in range(0, len(new) - CLAIM_BYTES + 1, CLAIM_BYTES):
+            self._last[new[start : start + CLAIM_BYTES].decode().strip()] = self._read
+            self._read += 1
+        return self._last
+
+
 class _Campaign:
     """The cases of one call, worked through by YADE processes."""
 
@@ -106,6 +132,7 @@ class _Campaign:
         self.tables = {name: store.table(rig) for name, rig in self.rigs.items()}
         self.seen = {name: table.stat().st_size if table.exists() else 0 for name, table in self.tables.items()}
         self.failed, self.finished, self.started = 0, set(), 0
+        self.wanted = {case["id"] for case in cases}
         self.running: list[_Worker] = []
         self.lifeline, self.held = os.pipe()
 
@@ -142,20 +169,17 @@ class _Campaign:
     def _work(self, cases: list[dict], bar) -> list[tuple[dict, str]]:
         """Work through a list; returns the cases that crashed YADE, with the reason."""
         folder = Path(tempfile.mkdtemp(dir=self.folder))
-        claims = folder / "claims"
+        claims = _Claims(folder / "claims")
         task = {
             "rigs": {n: {"file": str(rig.file), "table": str(self.tables[n])} for n, rig in self.rigs.items()},
             "timings": str(self.store.folder / "timings.csv"),
-            "claims": str(claims),
+            "claims": str(claims.file),
             "cases": cases,
         }
         (folder / "campaign.json").write_text(json.dumps(task))
-        claims.touch()
         crashed: list[tuple[dict, str]] = []
-        done_before = len(self.finished)
         while True:
-            claimed = claims.stat().st_size // CLAIM_BYTES
-            for _ in range(min(self.most - len(self.running), len(cases) - claimed)):
+            for _ in range(min(self.most - len(self.running), len(cases) - claims.number())):
                 self._start(folder)
             if not self.running:
                 return crashed
@@ -168,11 +192,11 @@ class _Campaign:
                 crash = self._end(worker, cases)
                 if crash:
                     crashed.append(crash)
-            done = len(self.finished) - done_before
-            if done + len(crashed) == len(cases) and not self.running:
-                return crashed
 
     def _start(self, folder: Path) -> None:
+        for rig in self.rigs.values():
+            if rigs.fingerprint(rig.file) != rig.fingerprint:
+                raise SimulationError(f"{rig.file.name} or what it imports changed while it was running; call again")
         self.started += 1
         log = folder / f"w{self.started}.log"
         with open(log, "wb") as output:
@@ -192,18 +216,18 @@ class _Campaign:
             )
         self.running.append(_Worker(self.started, process, log))
 
-    def _watch(self, claims: Path, cases: list[dict]) -> None:
-        """See which case each process is at; kill a process whose case takes too long."""
+    def _watch(self, claims: _Claims, cases: list[dict]) -> None:
+        """See which case each process is at; kill a process whose case, or whose start, takes too long."""
         now = time.monotonic()
-        last = {name.strip(): index for index, name in enumerate(claims.read_text().splitlines())}
+        last = claims.read()
         for worker in self.running:
             index = last.get(worker.name)
             if index != worker.index:
                 worker.index, worker.since = index, now
-            elif index is not None and worker.reason is None:
-                limit = self.rigs[cases[index]["rig"]].time_limit_s
-                if now - worker.since > limit and cases[index]["id"] not in self.finished:
-                    worker.kill(f"took longer than its time limit of {limit:g} s")
+            limit = START_LIMIT_S if index is None else self.rigs[cases[index]["rig"]].time_limit_s
+            if now - worker.since > limit and worker.reason is None:
+                what = "YADE did not start within" if index is None else "took longer than its time limit of"
+                worker.kill(f"{what} {limit:g} s")
 
     def _count(self, bar) -> None:
         """Read the rows that are new in the tables."""
@@ -216,30 +240,27 @@ class _Campaign:
             new = new[: new.rfind(b"\n") + 1]
             self.seen[name] += len(new)
             for line in new.splitlines():
-                if not line.startswith(b"id,"):
-                    self.finished.add(line.split(b",", 1)[0].decode(errors="replace"))
+                name = line.split(b",", 1)[0].decode(errors="replace")
+                if name in self.wanted:
+                    self.finished.add(name)
                     self.failed += not line.endswith(b",ok")
                     bar.update()
         if self.failed:
             bar.set_postfix(failed=self.failed, refresh=False)
 
     def _end(self, worker: _Worker, cases: list[dict]) -> tuple[dict, str] | None:
-        """A process ended: nothing to say, its time limit, a crash in its last case, or a YADE that does not run."""
+        """A process ended: nothing to say, a case it did not finish and why, or a YADE that does not run."""
         code = worker.process.returncode
-        if code == 0:
-            return None
+        reason = worker.reason or f"crashed YADE ({_ending(code)}): {worker.last_words()}"
         if worker.index is None:
+            if code == 0:
+                return None
             raise SimulationError(
-                f"YADE ended before its first case ({_ending(code)}): {worker.last_words()}. "
+                f"YADE ended before its first case: {reason}. "
                 f"Try it by hand: {' '.join(yade.command(rigs.SCRIPTS / 'rebound.py', '--example', 'cases.json'))}"
             )
         case = cases[worker.index]
-        if case["id"] in self.finished:
-            return None
-        if worker.reason:
-            self._record(case, worker.reason)
-            return None
-        return case, f"crashed YADE ({_ending(code)}): {worker.last_words()}"
+        return None if case["id"] in self.finished else (case, reason)
 
     def _record(self, case: dict, reason: str) -> None:
         """Store a failure YADE could not store itself; it is counted like any other row."""

@@ -17,6 +17,7 @@ CHECKS = (
     "adhesion_jump",
     "two_pairs",
     "clump_inertia",
+    "free_spin",
     "clump_restitution",
     "clump_sliding",
 )
@@ -94,6 +95,8 @@ def _wanted(quick: bool):
         yield case("clump_restitution", MINDLIN, seed_powder_restitution=e, members_touching=n, speed_m_s=v)
     for length in (2.2,) if quick else (1.5, 2.2, 3.0):
         yield case("clump_inertia", MINDLIN, seed_length_mm=length)
+    for spin in (1000.0,) if quick else (300.0, 1000.0, 2000.0):
+        yield case("free_spin", MINDLIN, spin_rad_s=spin)
 
     for e, mu in ((0.05, 0.3),) if quick else product((0.05, 0.25), (0.3, 0.6, 0.85)):
         yield case("clump_sliding", MINDLIN, seed_powder_restitution=e, seed_powder_static_friction=mu)

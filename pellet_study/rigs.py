@@ -34,15 +34,11 @@ class Rig:
     observables: dict
     random: bool
     time_limit_s: float
-
-    @property
-    def fingerprint(self) -> str:
-        """Hash of every script the answer depends on: the rig's file, case.py, and what they import of yade_scripts."""
-        return _fingerprint(self.file)
+    fingerprint: str
 
 
-@cache
-def _fingerprint(file: Path) -> str:
+def fingerprint(file: Path) -> str:
+    """Hash of every script the answer depends on: the rig's file, case.py, and what they import of yade_scripts."""
     seen: dict[Path, bytes] = {}
     waiting = [file, SCRIPTS / "case.py"]
     while waiting:
@@ -90,7 +86,11 @@ def rig(name: str) -> Rig:
     clash = set(declaration["observables"]) & set(case_file.flat(case_file.example(declaration)))
     if clash:
         raise InputError(f"{file}: {', '.join(sorted(clash))} is both an input and an observable; rename one")
-    return Rig(file=file, **{k: tuple(v) if k == "contact_laws" else v for k, v in declaration.items()})
+    return Rig(
+        file=file,
+        fingerprint=fingerprint(file),
+        **{k: tuple(v) if k == "contact_laws" else v for k, v in declaration.items()},
+    )
 
 
 def case(

@@ -46,7 +46,7 @@ class Store:
 
     def columns(self, rig: rigs.Rig) -> list[str]:
         """Columns of a rig's table."""
-        return case_file.columns({**vars(rig)})
+        return case_file.columns(vars(rig))
 
     def table(self, rig: rigs.Rig) -> Path:
         """File of a rig's table; another set of columns is another file."""
@@ -58,7 +58,14 @@ class Store:
         names, file = self.columns(rig), self.table(rig)
         if file.exists() and file.stat().st_size:
             try:
-                found = pd.read_csv(file, dtype=READ_AS_TEXT, on_bad_lines="skip", encoding_errors="replace")
+                found = pd.read_csv(
+                    file,
+                    dtype=READ_AS_TEXT,
+                    on_bad_lines="skip",
+                    encoding_errors="replace",
+                    keep_default_na=False,
+                    na_values={name: [""] for name in names},
+                )
             except (pd.errors.ParserError, pd.errors.EmptyDataError):
                 found = pd.DataFrame()
             if list(found.columns) == names:

@@ -1,6 +1,7 @@
 """The bench calibration: its parabola on the paper's printed rows, its means, and small runs on real YADE."""
 
 import json
+import shutil
 
 import numpy as np
 import pytest
@@ -50,10 +51,11 @@ def test_the_interval_holds_the_truth_as_often_as_it_says():
 
 def test_the_standard_error_comes_from_whole_blocks():
     """64 values that fill a range evenly have a mean far sharper than independent draws would."""
-    blocks = [np.linspace(0, 1, 64) + shift for shift in (-0.01, 0.01, 0.0, 0.02, -0.02)]
+    shifts = (-0.01, 0.01, 0.0, 0.02, -0.02, 0.015, -0.015, 0.0)
+    blocks = [np.linspace(0, 1, 64) + shift for shift in shifts]
     mean = bench.mean_over_seeds(np.concatenate(blocks))
     assert mean.value == pytest.approx(0.5)
-    assert mean.standard_error == pytest.approx(np.std([-0.01, 0.01, 0, 0.02, -0.02], ddof=1) / np.sqrt(5))
+    assert mean.standard_error == pytest.approx(np.std(shifts, ddof=1) / np.sqrt(8))
 
 
 @pytest.fixture(scope="module")
@@ -75,24 +77,29 @@ def test_a_sliding_seed_gives_the_tangent_of_the_measured_angle(study):
     assert stage["value"] == pytest.approx(np.tan(np.radians(31.85)), rel=0.003)
     assert stage["verification_error_percent"] < 1
     low, high = stage["interval"]
-    assert low < stage["value"] < high
+    assert low < np.tan(np.radians(31.85)) < high
     assert stage["r2"] > 0.999 and len(stage["coefficients"]) == 3
 
 
 def test_results_are_files_that_a_second_call_leaves_as_they_are(study, monkeypatch):
     files = [*study.glob("*.csv"), study / "summary.txt", *study.glob("figures/*.png")]
-    assert len(files) == 5
+    assert len(files) == 6
+    runs = (study / "runs.csv").read_text().splitlines()
+    assert len(runs) == 1 + 6 * 4 + 4 + 4  # a sweep of six levels, verification, joint prediction
+    assert runs[1:] == sorted(runs[1:])
     before = {file: file.read_bytes() for file in files}
     monkeypatch.setattr("pellet_study.dispatch.subprocess.Popen", lambda *a, **k: pytest.fail("simulated again"))
     assert main(["bench", str(study), "--effort", "0.25"]) == 0
     assert {file: file.read_bytes() for file in files} == before
 
 
-def test_a_reading_the_sweep_cannot_reach_is_said(study, tmp_path, capsys):
-    text = (study / "measurements.csv").read_text().replace("31.85", "55")
-    (study / "measurements.csv").write_text(text)
-    assert main(["bench", str(study), "--effort", "0.25"]) == 1
-    assert "not met between 0.6 and 0.85" in capsys.readouterr().err
+def test_a_reading_the_sweep_cannot_reach_is_a_null_with_a_warning(study, tmp_path, capsys):
+    far = tmp_path / "far"
+    shutil.copytree(study, far)
+    (far / "measurements.csv").write_text((study / "measurements.csv").read_text().replace("31.85", "55"))
+    assert main(["bench", str(far), "--effort", "0.25", "--json", str(far / "answer.json")]) == 0
+    assert "does not reach 55 between 0.6 and 0.85" in capsys.readouterr().err
+    assert json.loads((far / "answer.json").read_text())["stages"][0]["value"] is None
 
 
 def test_rows_at_several_settings_are_refused(tmp_path, capsys):
@@ -103,6 +110,27 @@ def test_rows_at_several_settings_are_refused(tmp_path, capsys):
     )
     assert main(["bench", str(folder)]) == 2
     assert "differ in their conditions" in capsys.readouterr().err
+
+
+def test_a_stage_without_a_reading_takes_its_parameter_from_the_study(monkeypatch, tmp_path):
+    asked = []
+
+    def remember(self, stage, reading, settings, seeds, first):
+        asked.extend(settings)
+        return [bench.Mean(100 - 40 * k, 0.1, 4, 0) for k in range(len(settings))]
+
+    monkeypatch.setattr(bench.Bench, "means", remember)  # a stand-in: only what is asked for is looked at
+    known = {"seed_powder_static_friction": 0.5, "seed_powder_restitution": 0.4, "internal_friction": 0.3}
+    bench.Bench("hertz_mindlin", known, tmp_path).run({"inclined_roll": bench.Reading(50.0, None, 1, {})})
+    assert all(s["seed_powder_static_friction"] == 0.5 and s["seed_powder_restitution"] == 0.4 for s in asked)
+
+
+def test_a_smooth_tilted_plate_takes_no_tangential_speed(tmp_path):
+    from pellet_study import dispatch, rigs
+
+    tilted = [rigs.case("rebound", seed=k, conditions={"plate_tilt_deg": 30.0}) for k in range(6)]
+    rows = dispatch.run(tilted, tmp_path / ".store", quiet=True)
+    assert rows["tangential_restitution"].to_numpy(float) == pytest.approx(1.0, abs=1e-6)
 
 
 def test_init_does_not_overwrite(tmp_path, capsys):

@@ -52,3 +52,4 @@ def test_a_reader_that_stops_early_meets_no_traceback():
     writer.stdout.readline()
     writer.stdout.close()
     assert "Traceback" not in writer.stderr.read()
+    assert writer.wait(timeout=30) == 0

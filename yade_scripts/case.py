@@ -98,10 +98,12 @@ def run(case: dict, module) -> dict:
     try:
         check(case, rig)
         observed = module.simulate(case)
+        if set(observed) != set(rig["observables"]):
+            raise ValueError(f"simulate returned {sorted(observed)}, expected {sorted(rig['observables'])}")
         bad = [name for name, value in observed.items() if value is not None and not math.isfinite(value)]
         status = f"not a number: {', '.join(bad)}" if bad else "ok"
     except Failed as failure:
-        observed, status = {}, str(failure)
+        observed, status = {}, str(failure) or "failed without a reason"
     except Exception as error:  # one case's mistake is that case's outcome; its neighbours go on
         observed, status = {}, f"{type(error).__name__}: {error}"
     if status != "ok":
@@ -228,14 +230,14 @@ def die_with_driver() -> None:
 
 def main(arguments: list[str]) -> int:
     """What YADE runs: a campaign, or a rig's file and what was given with it."""
-    die_with_driver()
-    close_servers()
     from yade import O
 
     try:
         os.rmdir(os.path.dirname(O.tmpFilename()))  # YADE leaves this folder behind; nothing here uses it
     except OSError:
         pass
+    die_with_driver()
+    close_servers()
     if len(arguments) == 1:
         return campaign(Path(arguments[0]))
     return by_hand(Path(arguments[0]).resolve(), arguments[1:])

@@ -6,7 +6,7 @@ from yade_scripts import contacts, particles
 from yade_scripts.case import quantity
 
 GRAVITY = 9.81  # m/s2
-REFERENCE_DAMPING = contacts.damping_ratio(0.25)
+REFERENCE_RESTITUTION = 0.25
 LONGEST_FLIGHT_STEP = 10.0  # of the time step at contact
 
 TABLE_1 = "source paper, Table 1"
@@ -82,7 +82,9 @@ class SeedScene:
         self.rotation = rotation
         self.time_step = numerics["time_step_fraction"] * contacts.rayleigh_step(float(self.radii.min()), seed)
         if case["contact_law"] == "hertz_mindlin":  # a strong damper asks for shorter steps
-            self.time_step *= min(1.0, REFERENCE_DAMPING / contacts.damping_ratio(pair.restitution))
+            self.time_step *= min(
+                1.0, contacts.damping_ratio(REFERENCE_RESTITUTION) / contacts.damping_ratio(pair.restitution)
+            )
         spring = numerics["rolling_spring"] * min(inertia) / self.time_step**2
         options = {"rolling_stiffness": spring}
         if case["contact_law"] == "cohesive_frictional":
@@ -175,7 +177,8 @@ class SeedScene:
         from yade import O, Quaternion, Vector3
 
         state = self.state
-        fastest = state.vel.norm() + state.angVel.norm() * self.reach + 1e-2  # m/s, gravity's gain meanwhile included
+        fastest = state.vel.norm() + state.angVel.norm() * self.reach
+        fastest += max(1e-2, GRAVITY * steps * LONGEST_FLIGHT_STEP * self.time_step)  # more than gravity adds meanwhile
         free_steps = (self.clearance() - 1e-6) / (fastest * self.time_step)
         O.dt = self.time_step * min(max(1.0, free_steps / steps), LONGEST_FLIGHT_STEP)
         step = O.step

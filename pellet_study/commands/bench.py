@@ -1,13 +1,14 @@
 """`pellet-study bench`: the three seed bench tests calibrated stage by stage, beside the paper's numbers."""
 
 import argparse
+import sys
 from pathlib import Path
 
 from pellet_study.errors import InputError
 
 EPILOG = """\
 The measurements need a row of at least one of the rigs rebound, slope_slip and inclined_roll.
-Results go to STUDY: sweep_*.csv, calibration.csv, summary.txt, figures/. Finished simulations are kept in
+Results go to STUDY: sweep_*.csv, calibration.csv, summary.txt, figures/, and runs.csv with every simulation. Finished simulations are kept in
 STUDY/.store: called again, nothing is computed twice.
 
 example:
@@ -36,14 +37,20 @@ def run(arguments: argparse.Namespace) -> dict:
         raise InputError(f"--effort {arguments.effort:g}: expected a share of the seeds above 0 and up to 4")
     loaded = study.load(arguments.study)
     readings = bench.readings(loaded.rows)
-    swept = {stage.parameter for stage in bench.STAGES}
-    parameters = {name: setting.value for name, setting in loaded.parameters.items() if name not in swept}
-    rig = bench.Bench(
+    runner = bench.Bench(
         loaded.contact_law or "hertz_mindlin",
-        parameters,
+        {name: setting.value for name, setting in loaded.parameters.items()},
         arguments.study / ".store",
         effort=arguments.effort,
     )
-    results = rig.run(readings)
-    print(bench_report.write(results, arguments.study, rig))
+    results = runner.run(readings)
+    print(bench_report.write(results, arguments.study, runner.contact_law))
+    bench_report.write_runs(runner.runs, arguments.study / "runs.csv")
+    last = results[-1]
+    if last.value is None:
+        print(
+            f"warning: {last.stage.rig} does not reach {last.reading.value:g} between {last.curve.low:g} and "
+            f"{last.curve.high:g}; the stages after it were not run",
+            file=sys.stderr,
+        )
     return bench_report.answer(results)

@@ -10,7 +10,13 @@ RIG = {
     "contact_laws": ("hertz_mindlin",),
     "parameters": {},
     "conditions": {
-        "fault": quantity(0, 0, 9, "1", "0 none, 1 abort, 2 hang, 3 not a number, 4 exception, 5 refused, 6 exit status 3"),
+        "fault": quantity(
+            0,
+            0,
+            9,
+            "1",
+            "0 none, 1 abort, 2 hang, 3 not a number, 4 exception, 5 refused, 6 exit status 3, 7 exit status 0, 8 no reason, 9 misnamed",
+        ),
         "pause_s": quantity(0, 0, 60, "s", "time the case takes"),
     },
     "effects": {},
@@ -37,4 +43,10 @@ def simulate(case: dict) -> dict:
         raise Failed("the rig's own check refused it")
     if fault == 6:
         os._exit(3)
+    if fault == 7:
+        raise SystemExit(0)
+    if fault == 8:
+        raise Failed
+    if fault == 9:
+        return {"answr": 1.0}
     return {"answer": float("nan") if fault == 3 else 3.0 * case["seed"]}
