@@ -92,8 +92,12 @@ class Calibrated:
     fit: Fit
 
 
-def calibrate(study: Study, model: Model | None = None) -> Calibrated:
+def calibrate(
+    study: Study, model: Model | None = None, evidence: Evidence | None = None, extra_starts: int = 3
+) -> Calibrated:
     """Fit a study's free constants to its rows of split `fit`.
+
+    `evidence` may be that of another model of the same rows, which need not be gathered again.
 
     Raises
     ------
@@ -101,9 +105,10 @@ def calibrate(study: Study, model: Model | None = None) -> Calibrated:
     """
     rows = [row for row in study.rows if row.split == "fit"]
     model = model or Model(study)
-    problem = problem_of(model)
+    problem = problem_of(model, extra_starts)
     refuse_too_few(len(rows), len(problem.free))
-    evidence = with_simulator_noise(readings.gather(model, rows), model)
+    if evidence is None:
+        evidence = with_simulator_noise(readings.gather(model, rows), model)
     return Calibrated(study, model, evidence, fit(model, evidence, problem))
 
 
