@@ -89,7 +89,9 @@ def gather(model: Model, rows: Sequence[Measurement]) -> Evidence:
     sd = np.array([_stated(cell) for cell in members])  # of one reading; nan where blank
     count = np.array([sum(row.n for row in cell) for cell in members], dtype=float)
     mean = np.array([sum(row.n * row.value for row in cell) for cell in members]) / count
-    within = np.array([sum(row.n * (row.value - m) ** 2 for row in cell) for cell, m in zip(members, mean, strict=True)])
+    within = np.array(
+        [sum(row.n * (row.value - m) ** 2 for row in cell) for cell, m in zip(members, mean, strict=True)]
+    )
     repeats = np.array([len(cell) - 1 for cell in members], dtype=float)
     dof, chi2, chi2_dof, unknown = 0.0, 0.0, 0, np.zeros(len(members), dtype=bool)
     groups: dict[tuple[str, str], list[int]] = {}
@@ -106,7 +108,9 @@ def gather(model: Model, rows: Sequence[Measurement]) -> Evidence:
                 own[dofs > 0] = np.sqrt(within[g][dofs > 0] / dofs[dofs > 0])
                 pooled = pooled_sd(mean[g], own, dofs)
                 if not (pooled > 0).all():
-                    warnings.append(f"{rig}: all replicates are equal, so they cannot tell the scatter of a reading")
+                    warnings.append(
+                        f"{rig}: all replicates are equal, so they cannot tell the scatter of a reading"
+                    )
                     unknown[g[blank]] = True
                 else:
                     sd[g[blank]] = pooled[blank]
@@ -140,7 +144,9 @@ def gather(model: Model, rows: Sequence[Measurement]) -> Evidence:
             g = np.array(indices)
             if unknown[g].any():
                 sd[g] = 0.05 * max(np.median(np.abs(mean[g])), 1e-9)
-                warnings.append(f"{rig} {observable}: neither sd nor replicates: how well a model fits cannot be judged")
+                warnings.append(
+                    f"{rig} {observable}: neither sd nor replicates: how well a model fits cannot be judged"
+                )
         dof = 0.0
     variance = sd**2 / count + setup_sd**2
     whiten = 1 / np.sqrt(variance)

@@ -57,7 +57,14 @@ def read(file: Path, catalogue: Catalogue) -> tuple[Measurement, ...]:
     parameters = {name for rig in catalogue.rigs.values() for name in rig.parameters}
     _check_header(file, header, conditions, parameters)
     rows = [
-        _row(file, number, dict(zip(header, [cell.strip() for cell in cells], strict=True)), catalogue, conditions, parameters)
+        _row(
+            file,
+            number,
+            dict(zip(header, [cell.strip() for cell in cells], strict=True)),
+            catalogue,
+            conditions,
+            parameters,
+        )
         for number, cells in enumerate(lines[1:], start=2)
         if any(cell.strip() for cell in cells) and _right_length(file, number, cells, header)
     ]
@@ -69,12 +76,18 @@ def read(file: Path, catalogue: Catalogue) -> tuple[Measurement, ...]:
 def _check_header(file: Path, header: list[str], conditions: set, parameters: set) -> None:
     for name in header:
         if header.count(name) > 1:
-            raise InputError(f"{file}: line 1: column {name!r} is given {header.count(name)} times; each name only once")
+            raise InputError(
+                f"{file}: line 1: column {name!r} is given {header.count(name)} times; each name only once"
+            )
         if name not in COLUMNS and name not in conditions and name not in parameters:
-            raise InputError(f"{file}: line 1: column {name!r} is unknown{nearest(name, {*COLUMNS, *conditions, *parameters})}")
+            raise InputError(
+                f"{file}: line 1: column {name!r} is unknown{nearest(name, {*COLUMNS, *conditions, *parameters})}"
+            )
     missing = [name for name in REQUIRED if name not in header]
     if missing:
-        raise InputError(f"{file}: line 1: column {', '.join(missing)} is missing; given were {', '.join(header)}")
+        raise InputError(
+            f"{file}: line 1: column {', '.join(missing)} is missing; given were {', '.join(header)}"
+        )
 
 
 def _right_length(file: Path, line: int, cells: list[str], header: list[str]) -> bool:
@@ -91,15 +104,21 @@ def _number(where: str, name: str, text: str, least: float | None = None, strict
     if not math.isfinite(value):
         raise InputError(f"{where}: {name} {text!r} is not finite; leave the cell blank where it is unknown")
     if least is not None and (value < least or (strict and value == least)):
-        raise InputError(f"{where}: {name} {text!r}: expected {'more than' if strict else 'at least'} {least:g}")
+        raise InputError(
+            f"{where}: {name} {text!r}: expected {'more than' if strict else 'at least'} {least:g}"
+        )
     return value
 
 
-def _row(file: Path, line: int, cells: dict, catalogue: Catalogue, all_conditions: set, all_parameters: set) -> Measurement:
+def _row(
+    file: Path, line: int, cells: dict, catalogue: Catalogue, all_conditions: set, all_parameters: set
+) -> Measurement:
     where = f"{file}: line {line}"
     rig = catalogue.rig(cells["rig"], f"{where}: ")
     if cells["observable"] not in rig.observables:
-        raise InputError(f"{where}: rig {rig.name} has no observable {cells['observable']!r}{nearest(cells['observable'], rig.observables)}")
+        raise InputError(
+            f"{where}: rig {rig.name} has no observable {cells['observable']!r}{nearest(cells['observable'], rig.observables)}"
+        )
     conditions = {name: float(quantity["default"]) for name, quantity in rig.conditions.items()}
     known = {}
     for name, text in cells.items():

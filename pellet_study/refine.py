@@ -8,7 +8,7 @@ and no rival may explain as well.
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from pellet_study.calibrate import fit_many
+from pellet_study.calibrate import fit_many, problem_of
 from pellet_study.compare import Calibrated, Comparison, calibrate, compare
 from pellet_study.diagnose import GATE, GATE_AGAIN, TIE, Diagnosis, diagnose, unit_of_chi2
 from pellet_study.model import Engine, Model
@@ -36,7 +36,10 @@ class Refinement:
 
 
 def refine(
-    study: Study, state: Calibrated | None = None, most: int = MOST_EFFECTS, propose: bool = True,
+    study: Study,
+    state: Calibrated | None = None,
+    most: int = MOST_EFFECTS,
+    propose: bool = True,
     engines: Mapping[str, Engine] | None = None,
 ) -> Refinement:
     """Add the effects the measurements show to be missing.
@@ -48,10 +51,12 @@ def refine(
     InputError : the study gives nothing to fit
     """
     state = state or calibrate(study, Model(study, engines=engines))
-    comparison = compare(study, state)
+    comparison = compare(study, state, level_out=propose)
     steps, diagnoses, added = [comparison], [], []
     while True:
-        found = diagnose(study, state, gate=GATE if not added else GATE_AGAIN, comparison=comparison, propose=propose)
+        found = diagnose(
+            study, state, gate=GATE if not added else GATE_AGAIN, comparison=comparison, propose=propose
+        )
         diagnoses.append(found)
         if found.verdict != "missing" or len(added) + len(found.missing) > most:
             break
@@ -62,27 +67,35 @@ def refine(
             values = {p: chosen.fit.point[state.model.column[f"{name}.{p}"]] for p in effect.parameters}
             study = study.with_effect(name, values)
             added.append(name)
-            state = calibrate(study, Model(study, engines=state.model.engines), state.evidence, extra_starts=1)
-            comparison = compare(study, state)
+            state = calibrate(
+                study, Model(study, engines=state.model.engines), state.evidence, extra_starts=1
+            )
+            comparison = compare(study, state, level_out=propose)
             steps.append(comparison)
         for name in needless(study, state, added):
             study = study.without_effect(name)
             added.remove(name)
             state = calibrate(study, Model(study, engines=state.model.engines), state.evidence)
-            comparison = compare(study, state)
+            comparison = compare(study, state, level_out=propose)
             steps.append(comparison)
         if len(added) >= most:
             diagnoses.append(diagnose(study, state, GATE_AGAIN, comparison, propose))
             break
-    return Refinement(diagnoses[-1].verdict, tuple(added), diagnoses[-1].tied, tuple(steps), tuple(diagnoses), study, state)
+    for name in added:
+        values = {
+            p: state.fit.point[state.model.column[f"{name}.{p}"]]
+            for p in study.catalogue.effects[name].parameters
+        }
+        study = study.with_effect(name, values)
+    return Refinement(
+        diagnoses[-1].verdict, tuple(added), diagnoses[-1].tied, tuple(steps), tuple(diagnoses), study, state
+    )
 
 
 def needless(study: Study, state: Calibrated, added: list[str]) -> list[str]:
     """The added effect that can be left out at the least loss, if that is less than 4; the last one is always kept."""
     if len(added) < 2:
         return []
-    from pellet_study.calibrate import problem_of
-
     problems = []
     for name in added[:-1]:
         smaller = Model(study.without_effect(name), engines=state.model.engines)

@@ -53,7 +53,9 @@ def rebound(parameters, conditions, effects):
     e = e * (1 + (v * _of(effects, "plastic_restitution", "inverse_yield_speed")) ** 2) ** -0.125
     film = _of(effects, "wet_film", "critical_stokes")
     e = e * np.maximum(1 - film * 1e-3 * REFERENCE_MM / (v * d), 0.02)
-    e = e * (1 + _of(effects, "plate_resonance", "amplitude") * np.sin(2 * np.pi * np.log2(height / 0.02) / 2.3))
+    e = e * (
+        1 + _of(effects, "plate_resonance", "amplitude") * np.sin(2 * np.pi * np.log2(height / 0.02) / 2.3)
+    )
     e = e * (1 - _of(effects, "size_loss", "amplitude") * (d / (1e-3 * REFERENCE_MM) - 0.75))
     pull = _pull(effects) * d / (1e-3 * REFERENCE_MM)
     energy = pull / (1.5 * np.pi * 0.5 * d)  # J/m2
@@ -89,7 +91,11 @@ def inclined_roll(parameters, conditions, effects):
 
     def gain(u):
         v = np.sqrt(np.maximum(u, 0))
-        return 10 / 7 * (GRAVITY * np.sin(slope) - mu * GRAVITY * (np.cos(slope) + pull) * (1 + slower * v) - c * u)
+        return (
+            10
+            / 7
+            * (GRAVITY * np.sin(slope) - mu * GRAVITY * (np.cos(slope) + pull) * (1 + slower * v) - c * u)
+        )
 
     u, h = 0.0 * (mu + length), length / SLOPE_STEPS
     for _ in range(SLOPE_STEPS):
@@ -102,7 +108,9 @@ def inclined_roll(parameters, conditions, effects):
     distance = 0.0
     for node, weight in zip(NODES, WEIGHTS, strict=True):
         s = v * node
-        distance = distance + weight * 1.4 * v * s / (mu * GRAVITY * (1 + pull) * (1 + slower * s) + c * s * s)
+        distance = distance + weight * 1.4 * v * s / (
+            mu * GRAVITY * (1 + pull) * (1 + slower * s) + c * s * s
+        )
     distance = distance * (1 + _of(effects, "texture", "amplitude") * np.sin(2 * np.pi * length / 0.25))
     return {"roll_distance_mm": 1e3 * distance}
 
@@ -195,7 +203,7 @@ OUTSIDE = [
 ]
 SAME = {"liquid_bridges": "cohesion"}  # proportional to one another under all conditions: one class
 NOISE = {  # of one reading: share of the value, floor
-    "rebound": (0.05, 0.3), "slope_slip": (0.03, 0.2), "inclined_roll": (0.05, 1.0), "repose": (0.02, 0.2),
+    "rebound": (0.05, 0.1), "slope_slip": (0.03, 0.2), "inclined_roll": (0.05, 1.0), "repose": (0.02, 0.2),
 }  # fmt: skip
 REPEATS = 5
 
@@ -211,11 +219,18 @@ def conditions() -> tuple[tuple[str, str, Mapping[str, float]], ...]:
     """The campaign: (rig, observable, conditions)."""
     found = []
     for d in (1.5, 2.5):
-        found += [("rebound", {"drop_height_mm": float(h), "seed_length_mm": d}) for h in np.geomspace(20, 450, 7).round(1)]
-    found += [("slope_slip", {"seed_length_mm": 2.0, "added_mass_mg": m}) for m in (0.0, 3.0, 10.0, 35.0, 100.0)]
+        found += [
+            ("rebound", {"drop_height_mm": float(h), "seed_length_mm": d})
+            for h in np.geomspace(20, 450, 7).round(1)
+        ]
+    found += [
+        ("slope_slip", {"seed_length_mm": 2.0, "added_mass_mg": m}) for m in (0.0, 3.0, 10.0, 35.0, 100.0)
+    ]
     for slope in (25.0, 35.0, 45.0):
         for length in (100.0, 220.0, 480.0):
-            found.append(("inclined_roll", {"slope_deg": slope, "release_distance_mm": length, "seed_length_mm": 2.0}))
+            found.append(
+                ("inclined_roll", {"slope_deg": slope, "release_distance_mm": length, "seed_length_mm": 2.0})
+            )
     for d in SIZES_UM:
         for fall in (20.0, 60.0, 150.0):
             found.append(("repose", {"particle_diameter_um": d, "outlet_height_mm": fall}))
@@ -228,7 +243,9 @@ def reading_sd(rig: str, value):
     return np.hypot(share * value, floor)
 
 
-def measurement(rig: str, observable: str, given: Mapping[str, float], readings, line: int = 0, split: str = "fit") -> Measurement:
+def measurement(
+    rig: str, observable: str, given: Mapping[str, float], readings, line: int = 0, split: str = "fit"
+) -> Measurement:
     """A row from its readings."""
     readings = np.asarray(readings, dtype=float)
     return Measurement(
@@ -239,7 +256,9 @@ def measurement(rig: str, observable: str, given: Mapping[str, float], readings,
 def study(rows, effects: Mapping[str, Mapping[str, float]] | None = None, outside: bool = False) -> Study:
     """The study a user would make of twin measurements: the four constants free, and no effect unless given."""
     free = {
-        name: Setting(q["default"], q["min"], q["max"]) for rig in RIGS.values() for name, q in rig.parameters.items()
+        name: Setting(q["default"], q["min"], q["max"])
+        for rig in RIGS.values()
+        for name, q in rig.parameters.items()
     }
     return Study(
         title="twins",
