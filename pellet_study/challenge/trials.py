@@ -149,7 +149,8 @@ def outcome(answer: Refinement, truth: Truth | None) -> Outcome:
 def trial(truth: Truth, seed, tau: float = 0.0, held_out: frozenset[int] = frozenset()) -> Outcome:
     """One sealed trial."""
     rows = noisy_rows(truth.readings, np.random.default_rng(seed), tau, held_out)
-    return outcome(refine(twins.study(rows), propose=False), truth)
+    study = twins.study(rows)
+    return outcome(refine(study, calibrate(study, extra_starts=1), propose=False), truth)
 
 
 NOTHING = Truth({}, 0.0, readings_of({}))

@@ -16,9 +16,9 @@ from pellet_study.study import Setting, Study
 GRAVITY, AIR, SEED = 9.81, 1.2, 1250.0  # m/s2, kg/m3, kg/m3
 MODULUS = 1e7  # Pa, reduced modulus in the sticking speed
 REFERENCE_MM = 2.0  # seed whose weight is the unit of adhesion
-NODES, WEIGHTS = np.polynomial.legendre.leggauss(12)
+NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
 NODES, WEIGHTS = 0.5 * (NODES + 1), 0.5 * WEIGHTS
-SLOPE_STEPS = 6
+SLOPE_STEPS = 4
 
 
 def _mass(d):
