@@ -116,11 +116,15 @@ def record(folder: Path, steps: list[dict]) -> None:
     """Add steps to a study's history; a step that repeats the last one is left out."""
     known = read_history(folder)
     for new in steps:
-        if not known or any(
-            known[-1].get(k) != new[k] for k in ("effects", "chi2", "rms_error", "parameters")
-        ):
+        if not known or _gist(known[-1]) != _gist(new):
             known.append(new)
     write(folder / HISTORY, {"steps": known})
+
+
+def _gist(step_told: dict) -> tuple:
+    """What two records of the same model agree in, however its fit was begun."""
+    errors = [step_told[k] for k in ("rms_error", "holdout_rms_error")]
+    return (*step_told["effects"], step_told["dof"], *(None if e is None else f"{e:.3g}" for e in errors))
 
 
 def write(file: Path, answer: dict) -> None:

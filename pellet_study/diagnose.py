@@ -40,10 +40,12 @@ from pellet_study.study import Study
 
 GATE = 0.04  # for the first effect; lack of fit and drift spend the rest of 5 %
 GATE_AGAIN = 0.004  # for each further one
-LEFT_OVER = 0.008  # p of lack of fit or drift that an explanation may not leave in the rigs where it acts
-LEFT_OVERALL = 0.003  # p of lack of fit that it may not leave over all rigs
+LEFT_OVER = 0.005  # p of lack of fit or drift that an explanation may not leave in the rigs where it acts
+LEFT_OVERALL = 0.002  # p of lack of fit that it may not leave over all rigs
 TIE = 4.0  # chi2 within which rivals explain alike
-PAIR_GAIN = 9.0  # chi2 by which a pair must beat a single effect that explains
+PAIR_GAIN = 12.0  # chi2 that each member of a pair must bring
+LEFT_NAMED = 0.004  # p of another candidate's signature that an explanation may not leave
+DISTINCT = 0.25  # share of a signature that must be left beside an explanation to be tested
 PAIRS_REFITTED = 14
 STEP = 3.0  # standard errors, the size at which signatures are taken
 PLAUSIBLE = 4.0  # chi2 by which a fit beyond the physical range must be better to be called implausible
@@ -169,7 +171,9 @@ def diagnose(
         warnings.append("no absent effect acts in the rigs used: there is nothing to rank")
     singles, beyond = refits(state, names, shown, scores) if shown else ({}, {})
     needed = open_gate or not comparison.fits
-    rivals = judge(state, singles.values()) if needed else [Rival(k, f, False) for k, f in singles.items()]
+    rivals = (
+        judge(state, singles.values(), shown) if needed else [Rival(k, f, False) for k, f in singles.items()]
+    )
     ranking = _ranking(state, names, found, shown, scores / scale, null, known, rivals, beyond)
     plausible = {s.effect for s in ranking if not s.note}
     verdict, chosen = "adequate", []
@@ -384,8 +388,12 @@ def refits(state: Calibrated, names: Sequence[str], shown: Sequence[Signature], 
     return fits, beyond
 
 
-def judge(state: Calibrated, fits: Iterable[Fit]) -> list[Rival]:
-    """Whether each fitted rival leaves neither lack of fit nor a drifting constant behind, first of all where it acts."""
+def judge(state: Calibrated, fits: Iterable[Fit], shown: Sequence[Signature] = ()) -> list[Rival]:
+    """Whether each fitted rival explains the data.
+
+    It may leave neither lack of fit nor a drifting constant behind, first of all where it acts, nor the signature of
+    another candidate.
+    """
     evidence = state.evidence
     rig_of = np.array([state.model.cases[c].rig for c in evidence.case], dtype=object)
     found = []
@@ -402,8 +410,28 @@ def judge(state: Calibrated, fits: Iterable[Fit]) -> list[Rival]:
         if explains:
             left = drifts(replace(state, fit=fitted), rigs)
             explains = not left or left[0].p >= LEFT_OVER
+        if explains:
+            explains = signature_left(state, fitted, names, shown) >= LEFT_NAMED
         found.append(Rival(names, fitted, explains))
     return found
+
+
+def signature_left(state: Calibrated, fitted: Fit, names: Sequence[str], shown: Sequence[Signature]) -> float:
+    """p of the largest score of the other candidates' signatures on what a fit leaves."""
+    units = np.array([s.unit for s in shown if s.effect not in names])
+    if not len(units):
+        return 1.0
+    basis = absorbed(fitted.jacobian)
+    seen = units - (units @ basis) @ basis.T
+    size = np.linalg.norm(seen, axis=1)
+    seen, size = seen[size > DISTINCT], size[size > DISTINCT]
+    dof = len(fitted.residual) - basis.shape[1]
+    if not len(seen) or dof < 2:
+        return 1.0
+    unit = seen / size[:, None]
+    z = unit @ fitted.residual
+    scale, _ = scale_of(fitted.chi2, float(max(z.max(), 0.0)), dof, state.evidence)
+    return exceedance(largest_null(unit, dof, state.evidence, two_sided=False), z.max() / scale)
 
 
 def unit_of_chi2(state: Calibrated, fitted: Fit) -> float:
@@ -436,7 +464,7 @@ def explanations(
         doubtful = p is not None and p < 0.05
     if doubtful:
         pairs = pair_rivals(state, singles, shown, scores, plausible)
-        pairs = [r for r in judge(state, pairs) if r.explains]
+        pairs = [r for r in judge(state, pairs, shown) if r.explains]
         if pairs:
             top = min(pairs, key=lambda r: penalised(r, state))
             if best is None or penalised(top, state) < penalised(best, state) - PAIR_GAIN * unit_of_chi2(
@@ -488,7 +516,7 @@ def pair_rivals(
     return [
         f
         for f, (_, a, b, _, _) in zip(fits, promise, strict=True)
-        if f.chi2 < min(alone.get(a, np.inf), alone.get(b, np.inf)) - TIE * unit_of_chi2(state, f)
+        if f.chi2 < min(alone.get(a, np.inf), alone.get(b, np.inf)) - PAIR_GAIN * unit_of_chi2(state, f)
     ]
 
 
@@ -557,7 +585,7 @@ def _unjudged(state: Calibrated, name: str, found: Sequence[Signature]) -> Suspe
     )  # fmt: skip
 
 
-def possible_cases(study: Study) -> list[Case]:
+def possible_cases(study: Study, count: int = LEVELS) -> list[Case]:
     """What could be measured next: a grid over each rig's ranges, two conditions at a time, the others as measured."""
     rigs = dict.fromkeys([*study.rigs, *(study.possible or {})])
     cases = []
@@ -578,14 +606,8 @@ def possible_cases(study: Study) -> list[Case]:
                     continue
                 low, high = given[condition]
             else:
-                if (
-                    rows
-                    and len({row.conditions[condition] for row in rows}) == 1
-                    and len({r.rig for r in study.rows}) >= 1
-                ):
-                    continue  # never varied: nobody said it can be
                 low, high = quantity["min"], quantity["max"]
-            levels[condition] = np.geomspace(low, high, LEVELS) if low > 0 else np.linspace(low, high, LEVELS)
+            levels[condition] = np.geomspace(low, high, count) if low > 0 else np.linspace(low, high, count)
         observables = {row.observable for row in rows} or set(rig.observables)
         grid = product(*levels.values()) if len(levels) <= 3 else _pairs_of(levels, usual)
         for values in grid:
@@ -633,7 +655,7 @@ def next_measurement(state: Calibrated, rivals: Sequence[Rival]) -> NextMeasurem
     """The condition that separates rival explanations best; None where none does."""
     if len(rivals) < 2:
         return None
-    cases = possible_cases(state.study)
+    cases = possible_cases(state.study, LEVELS if state.model.step < 1e-3 else 3)
     if not cases:
         return None
     model = Model(state.study, cases, state.model.engines)

@@ -23,9 +23,11 @@ SINGLE = [e.name for e in twins.CANDIDATES if e.name not in twins.SAME]
 OUTSIDE = [e.name for e in twins.OUTSIDE]
 CONFUSED = ["viscoelastic_restitution", "plastic_restitution", "adhesion", "load_dependent_friction"]
 PAIRS = [  # in different rigs
-    "viscoelastic_restitution+speed_dependent_rolling", "plastic_restitution+load_dependent_friction",
-    "reading_offset+foot_loss", "air_drag+cohesion", "load_dependent_friction+fall_height_flattening",
+    "plastic_restitution+cohesion", "speed_dependent_rolling+load_dependent_friction",
+    "plastic_restitution+load_dependent_friction", "reading_offset+foot_loss", "air_drag+cohesion",
+    "load_dependent_friction+fall_height_flattening",
 ]  # fmt: skip
+MASKED = ["viscoelastic_restitution+speed_dependent_rolling"]  # one candidate, air drag, explains both
 HELD_OUT = frozenset(
     k
     for k, (rig, _, c) in enumerate(twins.conditions())
@@ -45,6 +47,7 @@ def plan(scale: float = 1.0) -> list[tuple[str, str, float, int]]:
     found += [("next", name, 6.0, 200) for name in CONFUSED]
     found += [("next at random", name, 6.0, 100) for name in CONFUSED]
     found += [("pair", name, 6.0, 120) for name in PAIRS]
+    found += [("masked pair", name, 6.0, 120) for name in MASKED]
     found += [("held out", name, 8.0, 100) for name in [*SINGLE, ""]]
     return [(kind, hidden, lam, max(1, round(scale * n))) for kind, hidden, lam, n in found]
 

@@ -5,14 +5,14 @@ the effect: how many standard errors of misfit remain once the free constants ha
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cache
 
 import numpy as np
 
 from pellet_study.calibrate import fit, problem_of
 from pellet_study.challenge import twins
-from pellet_study.compare import calibrate
+from pellet_study.compare import calibrate, compare
 from pellet_study.diagnose import diagnose
 from pellet_study.evidence import Evidence
 from pellet_study.model import Model
@@ -150,7 +150,20 @@ def trial(truth: Truth, seed, tau: float = 0.0, held_out: frozenset[int] = froze
     """One sealed trial."""
     rows = noisy_rows(truth.readings, np.random.default_rng(seed), tau, held_out)
     study = twins.study(rows)
-    return outcome(refine(study, calibrate(study, extra_starts=1), propose=False), truth)
+    answer = refine(study, calibrate(study, extra_starts=1), propose=False)
+    found = outcome(answer, truth)
+    if answer.tied and held_out:  # a tie adds nothing: what would the best of it do?
+        best = answer.study
+        for name in answer.tied[0]:
+            best = best.with_effect(
+                name,
+                {
+                    p: answer.last.rivals[0].fit.point[answer.state.model.column[f"{name}.{p}"]]
+                    for p in best.catalogue.effects[name].parameters
+                },
+            )
+        found = replace(found, rms_after=compare(best).holdout_rms_error or np.nan)
+    return found
 
 
 NOTHING = Truth({}, 0.0, readings_of({}))
