@@ -9,7 +9,7 @@ residual; significance of the largest over all directions by Monte Carlo.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import lru_cache
 
 import numpy as np
 from scipy import stats
@@ -23,8 +23,8 @@ from pellet_study.study import Study
 
 DRAWS = 5_000
 SEED = 20260101
-LACK_OF_FIT = 0.004
-DRIFT = 0.004
+LACK_OF_FIT = 0.002
+DRIFT = 0.002
 VISIBLE = 0.03  # share of a direction that must survive the calibration to be tested
 IDENTIFIED = 0.5  # a constant is identified where its 95 % interval is narrower than this share of its range
 
@@ -128,20 +128,32 @@ def with_simulator_noise(evidence: Evidence, model: Model) -> Evidence:
     return replace(evidence, sd=sd, whiten=whiten)
 
 
-def lack_of_fit(chi2: float, dof: int, evidence: Evidence) -> float | None:
-    """p of F = chi2/dof against F(dof, nu); None where there is nothing to compare."""
-    if not evidence.scale_known or dof <= 0:
+def lack_of_fit(fitted: Fit, evidence: Evidence, mine: np.ndarray | None = None) -> float | None:
+    """p of the chi2 of some cells (default all) over their degrees of freedom; None where there is nothing to compare.
+
+    A rig's cells have as many degrees of freedom as cells, less their leverages, and are compared with the scatter of
+    its own readings. For one rig that is F(n - p, nu); several are summed, and the sum matched in mean and variance by
+    a scaled F (Satterthwaite 1946, doi:10.2307/3002019).
+    """
+    if not evidence.scale_known:
         return None
-    return float(stats.f.sf(chi2 / dof, dof, evidence.dof))
-
-
-def lack_of_fit_in(fitted: Fit, mine: np.ndarray, evidence: Evidence) -> float | None:
-    """The same over some of the cells, whose degrees of freedom are their count less their leverages."""
     basis = absorbed(fitted.jacobian)
-    dof = mine.sum() - (basis[mine] ** 2).sum()
-    if not evidence.scale_known or dof < 0.5:
+    own = 1 - (basis**2).sum(axis=1)
+    mine = np.ones(len(own), dtype=bool) if mine is None else mine
+    dof, chi2 = float(own[mine].sum()), float((fitted.residual[mine] ** 2).sum())
+    if dof < 0.5:
         return None
-    return float(stats.f.sf((fitted.residual[mine] ** 2).sum() / dof, dof, evidence.dof))
+    group = np.array(evidence.group if evidence.group else np.zeros(len(own), dtype=int))
+    d = np.array([own[mine & (group == g)].sum() for g in np.unique(group[mine])])
+    known = evidence.group_dof if evidence.group else (evidence.dof,)
+    nu = np.array([known[g] for g in np.unique(group[mine])], dtype=float)
+    if len(nu) == 1 or (nu <= 5).any():
+        return float(stats.f.sf(chi2 / dof, dof, nu.sum()))
+    mean = d * nu / (nu - 2)
+    variance = 2 * mean**2 * (d + nu - 2) / (np.maximum(d, 1e-9) * (nu - 4))
+    relative = dof * variance.sum() / mean.sum() ** 2
+    matched = (4 * relative + 2 * dof - 4) / (relative - 2) if relative > 2 else 1e9
+    return float(stats.f.sf(chi2 / mean.sum() * matched / (matched - 2), dof, matched))
 
 
 def absorbed(jacobian: np.ndarray) -> np.ndarray:
@@ -159,36 +171,36 @@ def visible(directions: np.ndarray, basis: np.ndarray) -> np.ndarray:
     return directions - (directions @ basis) @ basis.T
 
 
-@cache
-def _noise(columns: int) -> np.ndarray:
-    """Standard normal draws, (DRAWS, columns); the same for every test, so that an answer does not depend on what ran before."""
-    return np.random.default_rng(SEED).standard_normal((DRAWS, columns))
+@lru_cache(maxsize=8)
+def _noise(group: tuple[int, ...], group_dof: tuple[int, ...]) -> np.ndarray:
+    """Whitened readings that hide nothing, (DRAWS, n): Gaussian over a scale as uncertain as each group's.
+
+    The same draws for every test, so that an answer does not depend on what ran before.
+    """
+    rng = np.random.default_rng(SEED)
+    noise = rng.standard_normal((DRAWS, len(group)))
+    for number, dof in enumerate(group_dof):
+        if dof > 0:
+            mine = np.array(group) == number
+            noise[:, mine] /= np.sqrt(rng.chisquare(dof, (DRAWS, 1)) / dof)
+    return noise
 
 
-@cache
-def _chisquare(dof: int, stream: int) -> np.ndarray:
-    """chi2 draws, (DRAWS,)."""
-    return np.random.default_rng(SEED + stream).chisquare(dof, DRAWS) if dof > 0 else np.zeros(DRAWS)
-
-
-def largest_null(unit: np.ndarray, dof: int, evidence: Evidence, two_sided: bool) -> np.ndarray:
+def largest_null(unit: np.ndarray, basis: np.ndarray, evidence: Evidence, two_sided: bool) -> np.ndarray:
     """Sorted draws of the largest of several directions' scores, scaled as `scale_of` does, over readings that hide nothing.
 
     Parameters
     ----------
     unit : (k, n) unit vectors, free of what the calibration absorbs
-    dof : cells less free parameters
+    basis : (n, rank), what it absorbs
     """
-    values, vectors = np.linalg.eigh(unit @ unit.T)
-    real = values > 1e-9 * max(values.max(), 1e-300)
-    noise = _noise(int(real.sum()))
-    z = noise @ (vectors[:, real] * np.sqrt(values[real])).T
+    group = evidence.group or (0,) * len(evidence.case)
+    noise = _noise(group, evidence.group_dof or (int(evidence.dof),))
+    z = noise @ unit.T
     largest = (np.abs(z) if two_sided else z).max(axis=1)
-    whole = (noise**2).sum(axis=1) + _chisquare(max(dof - int(real.sum()), 0), 1)
-    if evidence.scale_known:
-        spread = np.sqrt(_chisquare(int(max(evidence.dof, 1)), 2) / max(evidence.dof, 1))
-        largest, whole = largest / spread, whole / spread**2
+    dof = len(group) - basis.shape[1]
     if dof > 1:
+        whole = (noise**2).sum(axis=1) - ((noise @ basis) ** 2).sum(axis=1)
         ratio = np.sqrt(np.maximum(whole - np.maximum(largest, 0) ** 2, 0) / (dof - 1))
         largest = largest / (np.maximum(ratio, 1.0) if evidence.scale_known else np.maximum(ratio, 1e-12))
     return np.sort(largest)
@@ -234,7 +246,7 @@ def drifts(state: Calibrated, rigs: frozenset[str] | None = None) -> tuple[Drift
     scale, _ = scale_of(state.fit.chi2, float(np.abs(z).max()), dof, state.evidence)
     if not np.isfinite(scale):
         return ()
-    null = largest_null(unit, dof, state.evidence, two_sided=True)
+    null = largest_null(unit, basis, state.evidence, two_sided=True)
     kept = [label for label, k in zip(labels, keep, strict=True) if k]
     found = [
         Drift(*label, z=float(v / scale), p=exceedance(null, abs(v) / scale))
@@ -288,7 +300,7 @@ def compare(study: Study, state: Calibrated | None = None, level_out: bool = Fal
     names = [model.names[c] for c in fitted.problem.free]
     rank = absorbed(fitted.jacobian).shape[1]
     cells, fit_rows = len(evidence.case), [row for row in study.rows if row.split == "fit"]
-    p_fit = lack_of_fit(fitted.chi2, cells - len(names), evidence)
+    p_fit = lack_of_fit(fitted, evidence)
     intervals, loose = intervals_of(state)
     warnings = list(evidence.warnings)
     dof = len(fit_rows) - len(names)
@@ -360,7 +372,7 @@ def intervals_of(state: Calibrated) -> tuple[dict[str, tuple[float, float]], tup
     if evidence.scale_known:
         t = stats.t.ppf(0.975, evidence.dof)
         ratio = np.sqrt(fitted.chi2 / dof) if dof > 0 else 1.0
-        p = lack_of_fit(fitted.chi2, dof, evidence)
+        p = lack_of_fit(fitted, evidence)
         if p is not None and p < 0.05 and ratio > 1:
             t = stats.t.ppf(0.975, dof) * ratio
     elif dof > 0:
@@ -507,6 +519,12 @@ def part_of(evidence: Evidence, kept: np.ndarray) -> Evidence:
     else:
         covariance_of_cells = np.linalg.inv(whiten.T @ whiten)[np.ix_(kept, kept)]
         whiten = np.linalg.inv(np.linalg.cholesky(covariance_of_cells))
+    group = tuple(np.array(evidence.group)[kept].tolist()) if evidence.group else ()
     return replace(
-        evidence, case=evidence.case[kept], mean=evidence.mean[kept], sd=evidence.sd[kept], whiten=whiten
+        evidence,
+        group=group,
+        case=evidence.case[kept],
+        mean=evidence.mean[kept],
+        sd=evidence.sd[kept],
+        whiten=whiten,
     )

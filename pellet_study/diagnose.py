@@ -20,6 +20,8 @@ from scipy import stats
 
 from pellet_study.calibrate import Fit, Problem, fit_many
 from pellet_study.compare import (
+    DRIFT,
+    LACK_OF_FIT,
     VISIBLE,
     Calibrated,
     Comparison,
@@ -30,7 +32,6 @@ from pellet_study.compare import (
     drifts,
     exceedance,
     lack_of_fit,
-    lack_of_fit_in,
     largest_null,
     reading_sd,
     scale_of,
@@ -38,13 +39,13 @@ from pellet_study.compare import (
 from pellet_study.model import Case, Model
 from pellet_study.study import Study
 
-GATE = 0.04  # for the first effect; lack of fit and drift spend the rest of 5 %
-GATE_AGAIN = 0.004  # for each further one
-LEFT_OVER = 0.005  # p of lack of fit or drift that an explanation may not leave in the rigs where it acts
-LEFT_OVERALL = 0.002  # p of lack of fit that it may not leave over all rigs
+GATE = 0.035  # for the first effect; lack of fit and drift spend the rest of 5 %
+GATE_AGAIN = 0.002  # for each further one
+LEFT_OVER = 0.003  # p of lack of fit or drift that an explanation may not leave in the rigs where it acts
+LEFT_OVERALL = 0.001  # p of lack of fit that it may not leave over all rigs
 TIE = 4.0  # chi2 within which rivals explain alike
 PAIR_GAIN = 12.0  # chi2 that each member of a pair must bring
-LEFT_NAMED = 0.004  # p of another candidate's signature that an explanation may not leave
+LEFT_NAMED = 0.002  # p of another candidate's signature that an explanation may not leave
 DISTINCT = 0.25  # share of a signature that must be left beside an explanation to be tested
 PAIRS_REFITTED = 14
 STEP = 3.0  # standard errors, the size at which signatures are taken
@@ -164,7 +165,7 @@ def diagnose(
         unit = np.array([s.unit for s in shown])
         scores = unit @ fitted.residual
         scale, known = scale_of(fitted.chi2, float(max(scores.max(), 0.0)), dof, evidence)
-        null = largest_null(unit, dof, evidence, two_sided=False)
+        null = largest_null(unit, basis, evidence, two_sided=False)
         gate_p = exceedance(null, scores.max() / scale)
     open_gate = gate_p is not None and gate_p < gate
     if not names:
@@ -396,6 +397,7 @@ def judge(state: Calibrated, fits: Iterable[Fit], shown: Sequence[Signature] = (
     """
     evidence = state.evidence
     rig_of = np.array([state.model.cases[c].rig for c in evidence.case], dtype=object)
+    failing = failing_rigs(state, rig_of)
     found = []
     for fitted in fits:
         free = fitted.problem.free
@@ -403,9 +405,10 @@ def judge(state: Calibrated, fits: Iterable[Fit], shown: Sequence[Signature] = (
             dict.fromkeys(state.model.names[c].split(".")[0] for c in free[len(state.fit.problem.free) :])
         )
         rigs = frozenset(rig for rig, acting in state.model.acting.items() if set(names) & set(acting))
+        rigs |= failing
         mine = np.array([rig in rigs for rig in rig_of])
-        overall = lack_of_fit(fitted.chi2, len(evidence.case) - len(free), evidence)
-        local = lack_of_fit_in(fitted, mine, evidence)
+        overall = lack_of_fit(fitted, evidence)
+        local = lack_of_fit(fitted, evidence, mine)
         explains = (overall is None or overall >= LEFT_OVERALL) and (local is None or local >= LEFT_OVER)
         if explains:
             left = drifts(replace(state, fit=fitted), rigs)
@@ -414,6 +417,16 @@ def judge(state: Calibrated, fits: Iterable[Fit], shown: Sequence[Signature] = (
             explains = signature_left(state, fitted, names, shown) >= LEFT_NAMED
         found.append(Rival(names, fitted, explains))
     return found
+
+
+def failing_rigs(state: Calibrated, rig_of: np.ndarray) -> frozenset[str]:
+    """Rigs in which the present model fails, by lack of fit or by a drifting constant: any explanation must mend these."""
+    found = {d.rig for d in drifts(state) if d.p < DRIFT}
+    for rig in dict.fromkeys(rig_of):
+        p = lack_of_fit(state.fit, state.evidence, rig_of == rig)
+        if p is not None and p < LACK_OF_FIT:
+            found.add(rig)
+    return frozenset(found)
 
 
 def signature_left(state: Calibrated, fitted: Fit, names: Sequence[str], shown: Sequence[Signature]) -> float:
@@ -431,7 +444,7 @@ def signature_left(state: Calibrated, fitted: Fit, names: Sequence[str], shown: 
     unit = seen / size[:, None]
     z = unit @ fitted.residual
     scale, _ = scale_of(fitted.chi2, float(max(z.max(), 0.0)), dof, state.evidence)
-    return exceedance(largest_null(unit, dof, state.evidence, two_sided=False), z.max() / scale)
+    return exceedance(largest_null(unit, basis, state.evidence, two_sided=False), z.max() / scale)
 
 
 def unit_of_chi2(state: Calibrated, fitted: Fit) -> float:
@@ -460,7 +473,7 @@ def explanations(
     best = min(good, key=lambda r: penalised(r, state)) if good else None
     doubtful = best is None
     if best is not None:
-        p = lack_of_fit(best.fit.chi2, len(state.evidence.case) - len(best.fit.problem.free), state.evidence)
+        p = lack_of_fit(best.fit, state.evidence)
         doubtful = p is not None and p < 0.05
     if doubtful:
         pairs = pair_rivals(state, singles, shown, scores, plausible)
@@ -547,7 +560,7 @@ def _ranking(state, names, found, shown, scores, null, known, rivals, beyond) ->
             se = float(np.sqrt(covariance(rival.fit)[base, base] * unit_of_chi2(state, rival.fit)))
             low, high = rival.fit.problem.low[base], rival.fit.problem.high[base]
             interval = (float(max(low, own[0] - 2 * se)), float(min(high, own[0] + 2 * se)))
-            p_left = lack_of_fit(rival.fit.chi2, len(evidence.case) - len(rival.fit.problem.free), evidence)
+            p_left = lack_of_fit(rival.fit, evidence)
             if name in beyond:
                 better = rival.fit.chi2 - beyond[name].chi2
                 if better > PLAUSIBLE * unit_of_chi2(state, beyond[name]):
