@@ -68,17 +68,22 @@ def pooled_sd(means: np.ndarray, sd: np.ndarray, dof: np.ndarray) -> np.ndarray:
     w (0: constant, 1: proportional to the reading) only where the readings span a factor of two, averaged over by the
     likelihood of the cells' variances; s by pooling.
     """
+    shape = _shapes(means)
+    scale = (dof * sd**2 / shape).sum(axis=1) / dof.sum()
+    likelihood = -0.5 * (dof * np.log(np.maximum(scale[:, None], 1e-300) * shape)).sum(axis=1)
+    belief = np.exp(likelihood - likelihood.max())
+    return np.exp(belief @ (0.5 * np.log(np.maximum(scale[:, None] * shape, 1e-300))) / belief.sum())
+
+
+def _shapes(means: np.ndarray) -> np.ndarray:
+    """Variances of a reading by cell, up to a factor, for each share w of noise that grows with the reading."""
     size = np.abs(means)
     middle = np.median(size)
     weights = np.array([0.0])
     if len(means) > 2 and middle > 0 and size.max() > SPAN_FOR_PROPORTION * size.min():
         weights = np.array([0.0, 0.3, 0.6, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.998, 0.999, 1.0])
     shape = (1 - weights[:, None]) * max(middle, 1e-300) ** 2 + weights[:, None] * size**2
-    shape = np.maximum(shape, 1e-12 * max(middle, 1e-150) ** 2)
-    scale = (dof * sd**2 / shape).sum(axis=1) / dof.sum()
-    likelihood = -0.5 * (dof * np.log(np.maximum(scale[:, None], 1e-300) * shape)).sum(axis=1)
-    belief = np.exp(likelihood - likelihood.max())
-    return np.exp(belief @ (0.5 * np.log(np.maximum(scale[:, None] * shape, 1e-300))) / belief.sum())
+    return np.maximum(shape, 1e-12 * max(middle, 1e-150) ** 2)
 
 
 def gather(model: Model, rows: Sequence[Measurement]) -> Evidence:
@@ -191,10 +196,11 @@ def _stated(cell: list[Measurement]) -> float:
 
 def _steadied(mean: np.ndarray, sd: np.ndarray, dof: np.ndarray) -> np.ndarray:
     """Stated sds of few readings each are estimates: pooled where they agree with one another, else as stated."""
-    smooth = pooled_sd(mean, sd, np.maximum(dof, 0.0))
+    spreads = np.ptp(np.log(sd) - 0.5 * np.log(_shapes(mean)), axis=1)
+    if spreads.min() < 0.05 or (dof <= 0).any():
+        return sd  # stated by a rule, not found from each row's readings
+    smooth = pooled_sd(mean, sd, dof)
     ratio = sd / smooth
-    if np.ptp(np.log(ratio)) < 0.05 or (dof <= 0).any():
-        return sd
     bartlett = float((-dof * np.log(ratio**2)).sum())
     spread = len(sd) - 1
     correction = 1 + ((1 / dof).sum() - 1 / dof.sum()) / (3 * spread)
