@@ -70,9 +70,7 @@ def diagnosis(found: Diagnosis) -> dict:
     return {
         "verdict": found.verdict,
         "missing": list(found.missing),
-        "ranking": [
-            {**asdict(s), "interval": list(s.interval) if s.interval else None} for s in found.ranking
-        ],
+        "ranking": [{**asdict(s), "interval": list(s.interval) if s.interval else None} for s in found.ranking],
         "tied": tied(found.tied),
         "next_measurement": proposal(found.next_measurement),
         "gate_p": found.gate_p,

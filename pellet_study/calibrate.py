@@ -90,9 +90,9 @@ def fit_many(model: Model, evidence: Evidence, problems: Sequence[Problem]) -> l
         rows = np.arange(len(which))
         for k in range(width):
             used = real[which, k]
-            here[rows[used], :, column[which[used], k]] = (
-                low[which[used], k] + span[which[used], k] * at[used, k]
-            )[:, None]
+            here[rows[used], :, column[which[used], k]] = (low[which[used], k] + span[which[used], k] * at[used, k])[
+                :, None
+            ]
         for k in range(width):
             used = real[which, k]
             here[rows[used], 1 + k, column[which[used], k]] += span[which[used], k] * forward[used, k]
@@ -155,9 +155,7 @@ def problem_of(model: Model, extra_starts: int = 3, point: np.ndarray | None = N
     high = np.array([s.high for _, s in free])
     first = np.array([(model.base if point is None else point)[c] for c, _ in free])
     golden = (np.arange(1, extra_starts + 1)[:, None] * (0.6180339887 + 0.3 * np.arange(len(free)))) % 1.0
-    for k, (column, _) in enumerate(
-        free
-    ):  # an effect's amount can be of any order of magnitude below its limit
+    for k, (column, _) in enumerate(free):  # an effect's amount can be of any order of magnitude below its limit
         if column in model.amounts:
             golden[:, k] = 10.0 ** -np.arange(1, extra_starts + 1)
             golden[:, k] += -low[k] / (high[k] - low[k]) if low[k] < 0 else 0.0

@@ -109,9 +109,7 @@ def _load(file: Path):
     try:
         spec.loader.exec_module(module)
     except Exception as error:
-        raise InputError(
-            f"{file}: cannot be read as a rig or an effect: {type(error).__name__}: {error}"
-        ) from error
+        raise InputError(f"{file}: cannot be read as a rig or an effect: {type(error).__name__}: {error}") from error
     return module
 
 
@@ -155,9 +153,7 @@ def effect_from(module, file: Path | None = None) -> Effect:
             raise InputError(f"{file}: parameter {name} lacks {', '.join(absent)}")
         low, high = quantity.get("physical", (quantity["min"], quantity["max"]))
         if not quantity["min"] <= low < high <= quantity["max"]:
-            raise InputError(
-                f"{file}: parameter {name}: expected min <= physical range <= max, got {quantity}"
-            )
+            raise InputError(f"{file}: parameter {name}: expected min <= physical range <= max, got {quantity}")
     return Effect(
         **{key: declared[key] for key in wanted},
         closed_form=getattr(module, "CLOSED_FORM", {}),
@@ -176,9 +172,7 @@ def _declaring(folder: Path, what: str) -> list[Path]:
 @cache
 def standard() -> Catalogue:
     """The rigs and effects that come with the package."""
-    rigs = [
-        rig_from(importlib.import_module(f"yade_scripts.{f.stem}"), f) for f in _declaring(SCRIPTS, "RIG")
-    ]
+    rigs = [rig_from(importlib.import_module(f"yade_scripts.{f.stem}"), f) for f in _declaring(SCRIPTS, "RIG")]
     rigs += [
         rig_from(importlib.import_module(f"pellet_study.closed_form.{f.stem}"), f)
         for f in _declaring(CLOSED_FORM, "RIG")
@@ -187,9 +181,7 @@ def standard() -> Catalogue:
         effect_from(importlib.import_module(f"yade_scripts.effects.{f.stem}"), f)
         for f in _declaring(SCRIPTS / "effects", "EFFECT")
     ]
-    return Catalogue(
-        {rig.name: rig for rig in rigs}, {e.name: e for e in sorted(effects, key=lambda e: e.order)}
-    )
+    return Catalogue({rig.name: rig for rig in rigs}, {e.name: e for e in sorted(effects, key=lambda e: e.order)})
 
 
 def of_study(folder: Path) -> Catalogue:

@@ -120,11 +120,7 @@ def with_simulator_noise(evidence: Evidence, model: Model) -> Evidence:
     if not spread.any():
         return evidence
     sd = np.sqrt(evidence.sd**2 + spread)
-    whiten = (
-        evidence.whiten * evidence.sd / sd
-        if evidence.whiten.ndim == 1
-        else evidence.whiten * (evidence.sd / sd)
-    )
+    whiten = evidence.whiten * evidence.sd / sd if evidence.whiten.ndim == 1 else evidence.whiten * (evidence.sd / sd)
     return replace(evidence, sd=sd, whiten=whiten)
 
 
@@ -187,7 +183,7 @@ def _noise(group: tuple[int, ...], group_dof: tuple[int, ...]) -> np.ndarray:
 
 
 def largest_null(unit: np.ndarray, basis: np.ndarray, evidence: Evidence, two_sided: bool) -> np.ndarray:
-    """Sorted draws of the largest of several directions' scores, scaled as `scale_of` does, over readings that hide nothing.
+    """Sorted draws of the largest score, scaled as `scale_of` does, over readings that hide nothing.
 
     Parameters
     ----------
@@ -214,7 +210,8 @@ def exceedance(null: np.ndarray, value: float) -> float:
 def scale_of(chi2: float, largest: float, dof: int, evidence: Evidence) -> tuple[float, float]:
     """Birge ratio with one direction taken out, and the degrees of freedom it is known with.
 
-    b = sqrt(max(1, (chi2 - z^2)/(dof - 1))) (Birge 1932, doi:10.1103/PhysRev.40.207); without stated scatter not bounded by 1.
+    b = sqrt(max(1, (chi2 - z^2)/(dof - 1))) (Birge 1932, doi:10.1103/PhysRev.40.207); not bounded
+    by 1 where no scatter is stated.
     """
     left = max(chi2 - largest**2, 0.0)
     if dof <= 1:
@@ -249,8 +246,7 @@ def drifts(state: Calibrated, rigs: frozenset[str] | None = None) -> tuple[Drift
     null = largest_null(unit, basis, state.evidence, two_sided=True)
     kept = [label for label, k in zip(labels, keep, strict=True) if k]
     found = [
-        Drift(*label, z=float(v / scale), p=exceedance(null, abs(v) / scale))
-        for label, v in zip(kept, z, strict=True)
+        Drift(*label, z=float(v / scale), p=exceedance(null, abs(v) / scale)) for label, v in zip(kept, z, strict=True)
     ]
     return tuple(sorted(found, key=lambda d: -abs(d.z)))
 
@@ -306,8 +302,8 @@ def compare(study: Study, state: Calibrated | None = None, level_out: bool = Fal
     dof = len(fit_rows) - len(names)
     if cells <= rank:
         warnings.append(
-            "there are as many free parameters as different cases: any model fits, these data can show no missing effect; "
-            "measure under more conditions"
+            "there are as many free parameters as different cases: any model fits, "
+            "these data can show no missing effect; measure under more conditions"
         )
     stuck = tuple(n for n, s in zip(names, fitted.at_bound, strict=True) if s)
     if stuck:
@@ -467,9 +463,7 @@ def reading_sd(study: Study, model: Model) -> list[float | None]:
             spread = spread if spread > 0 else None
         if spread is None:
             others = [
-                r.sd
-                for r in study.rows
-                if (r.rig, r.observable) == (row.rig, row.observable) and r.sd is not None
+                r.sd for r in study.rows if (r.rig, r.observable) == (row.rig, row.observable) and r.sd is not None
             ]
             spread = float(np.sqrt(np.mean(np.square(others)))) if others else None
         found.append(spread)

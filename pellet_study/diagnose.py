@@ -73,7 +73,8 @@ class Suspect:
 
     `score` is signed, in standard errors; `value` the fitted parameters; `note` is empty, or what speaks against it:
     "wrong sign", "implausible size", "these data cannot show it"; `smallest_visible` is the amount that would be
-    noticed in 80 of 100 such data sets.
+    noticed in 80 of 100 such data sets. `beyond` are the values a fit without the physical limit takes, and
+    `beyond_chi2_drop` what they would gain.
     """
 
     effect: str
@@ -89,6 +90,7 @@ class Suspect:
     explains: bool
     note: str
     beyond: dict[str, float]
+    beyond_chi2_drop: float | None = None
 
 
 @dataclass(frozen=True)
@@ -145,9 +147,7 @@ def diagnose(
     found = signatures(state, names, basis)
     shown = [s for s in found if s.visible_share >= VISIBLE and s.length >= 1.0]
     if dof < 1 or (dof < 2 and not evidence.scale_known):
-        warnings.append(
-            "too few different cases beyond the free parameters: no effect can be shown by these data"
-        )
+        warnings.append("too few different cases beyond the free parameters: no effect can be shown by these data")
         ranking = tuple(_unjudged(state, name, found) for name in names)
         return Diagnosis(
             "adequate" if comparison.fits else "unexplained",
@@ -172,27 +172,21 @@ def diagnose(
         warnings.append("no absent effect acts in the rigs used: there is nothing to rank")
     singles, beyond = refits(state, names, shown, scores) if shown else ({}, {})
     needed = open_gate or not comparison.fits
-    rivals = (
-        judge(state, singles.values(), shown) if needed else [Rival(k, f, False) for k, f in singles.items()]
-    )
+    rivals = judge(state, singles.values(), shown) if needed else [Rival(k, f, False) for k, f in singles.items()]
     ranking = _ranking(state, names, found, shown, scores / scale, null, known, rivals, beyond)
     plausible = {s.effect for s in ranking if not s.note}
     verdict, chosen = "adequate", []
     if needed:
         verdict = "unexplained"
         if open_gate:
-            chosen = explanations(
-                state, [r for r in rivals if set(r.effects) <= plausible], shown, scores, plausible
-            )
+            chosen = explanations(state, [r for r in rivals if set(r.effects) <= plausible], shown, scores, plausible)
     missing: tuple[str, ...] = ()
     tied: tuple[tuple[str, ...], ...] = ()
     if len(chosen) == 1:
         verdict, missing = "missing", chosen[0].effects
     elif len(chosen) > 1:
         verdict, tied = "tied", tuple(r.effects for r in chosen)
-    rest = sorted(
-        (r for r in rivals if r.effects not in {c.effects for c in chosen}), key=lambda r: r.fit.chi2
-    )
+    rest = sorted((r for r in rivals if r.effects not in {c.effects for c in chosen}), key=lambda r: r.fit.chi2)
     proposal = None
     if chosen and propose:
         pool = chosen if len(chosen) > 1 else [*chosen, *_runner_up(rest, beyond)]
@@ -252,9 +246,7 @@ def signatures(state: Calibrated, names: Sequence[str], basis: np.ndarray) -> li
         shapes = [{}]
         if len(columns) > 1:
             keys = list(effect.parameters)[1:]
-            shapes = [
-                dict(zip(keys, values, strict=True)) for values in product(*[_three(*r) for r in ranges[1:]])
-            ]
+            shapes = [dict(zip(keys, values, strict=True)) for values in product(*[_three(*r) for r in ranges[1:]])]
         for sign in (1, -1) if effect.sides == 2 else (1,):
             reach = (ranges[0][1] if sign > 0 else ranges[0][0]) - absent
             if reach == 0:
@@ -359,9 +351,7 @@ def refits(state: Calibrated, names: Sequence[str], shown: Sequence[Signature], 
         starts = [first, far]
         for other in shown:
             if other.effect == name and other.shape != s.shape and other.sign == s.sign:
-                starts.append(
-                    {columns[0]: other.size, **dict(zip(columns[1:], other.shape.values(), strict=True))}
-                )
+                starts.append({columns[0]: other.size, **dict(zip(columns[1:], other.shape.values(), strict=True))})
         del absent
         problems.append(rival_problem(state, [name], starts))
     fits = dict(zip([(name,) for name in order], fit_many(model, state.evidence, problems), strict=True))
@@ -401,9 +391,7 @@ def judge(state: Calibrated, fits: Iterable[Fit], shown: Sequence[Signature] = (
     found = []
     for fitted in fits:
         free = fitted.problem.free
-        names = tuple(
-            dict.fromkeys(state.model.names[c].split(".")[0] for c in free[len(state.fit.problem.free) :])
-        )
+        names = tuple(dict.fromkeys(state.model.names[c].split(".")[0] for c in free[len(state.fit.problem.free) :]))
         rigs = frozenset(rig for rig, acting in state.model.acting.items() if set(names) & set(acting))
         rigs |= failing
         mine = np.array([rig in rigs for rig in rig_of])
@@ -420,7 +408,7 @@ def judge(state: Calibrated, fits: Iterable[Fit], shown: Sequence[Signature] = (
 
 
 def failing_rigs(state: Calibrated, rig_of: np.ndarray) -> frozenset[str]:
-    """Rigs in which the present model fails, by lack of fit or by a drifting constant: any explanation must mend these."""
+    """Rigs in which the present model fails, by lack of fit or a drifting constant; an explanation must mend them."""
     found = {d.rig for d in drifts(state) if d.p < DRIFT}
     for rig in dict.fromkeys(rig_of):
         p = lack_of_fit(state.fit, state.evidence, rig_of == rig)
@@ -448,7 +436,7 @@ def signature_left(state: Calibrated, fitted: Fit, names: Sequence[str], shown: 
 
 
 def unit_of_chi2(state: Calibrated, fitted: Fit) -> float:
-    """The chi2 that counts as one: residual scatter of a fit where it exceeds the stated one, or where none is stated."""
+    """The chi2 that counts as one: a fit's residual scatter where it exceeds the stated one or none is stated."""
     dof = max(len(state.evidence.case) - len(fitted.problem.free), 1)
     ratio = fitted.chi2 / dof
     return max(1.0, ratio) if state.evidence.scale_known else max(ratio, 1e-12)
@@ -456,9 +444,7 @@ def unit_of_chi2(state: Calibrated, fitted: Fit) -> float:
 
 def penalised(rival: Rival, state: Calibrated) -> float:
     """chi2 with 2 for each free parameter beyond the effects' amounts, so that shapes do not win by freedom alone."""
-    return rival.fit.chi2 + 2.0 * (
-        len(rival.fit.problem.free) - len(state.fit.problem.free) - len(rival.effects)
-    )
+    return rival.fit.chi2 + 2.0 * (len(rival.fit.problem.free) - len(state.fit.problem.free) - len(rival.effects))
 
 
 def explanations(
@@ -492,9 +478,7 @@ def _tied(state: Calibrated, rivals: Sequence[Rival], best: Rival) -> list[Rival
     return sorted((r for r in rivals if penalised(r, state) < limit), key=lambda r: penalised(r, state))
 
 
-def pair_rivals(
-    state: Calibrated, singles: Sequence[Rival], shown, scores: np.ndarray, plausible: set
-) -> list[Fit]:
+def pair_rivals(state: Calibrated, singles: Sequence[Rival], shown, scores: np.ndarray, plausible: set) -> list[Fit]:
     """The most promising pairs by their signatures, refitted; each member must bring at least 4."""
     best: dict[str, int] = {}
     for k, s in enumerate(shown):
@@ -551,7 +535,7 @@ def _ranking(state, names, found, shown, scores, null, known, rivals, beyond) ->
         reach = physical(state.model, name)[0][1 if signature.sign > 0 else 0]
         visible_size = float(smallest) if abs(smallest - absent) <= abs(reach - absent) else None
         rival = fitted.get(name)
-        value, interval, drop, p_left, note, wide = {}, None, 0.0, None, "", {}
+        value, interval, drop, p_left, note, wide, gained = {}, None, 0.0, None, "", {}, None
         if rival is not None:
             own = rival.fit.values[base:]
             value = dict(zip(effect.parameters, map(float, own), strict=True))
@@ -565,6 +549,7 @@ def _ranking(state, names, found, shown, scores, null, known, rivals, beyond) ->
                 better = rival.fit.chi2 - beyond[name].chi2
                 if better > PLAUSIBLE * unit_of_chi2(state, beyond[name]):
                     note = "implausible size"
+                    gained = float((state.fit.chi2 - beyond[name].chi2) / unit)
                     wide = dict(zip(effect.parameters, map(float, beyond[name].values[base:]), strict=True))
         if score <= 0 and drop < 1.0:
             note = "wrong sign" if effect.sides == 1 else ""
@@ -584,6 +569,7 @@ def _ranking(state, names, found, shown, scores, null, known, rivals, beyond) ->
                 explains=bool(rival and rival.explains),
                 note=note,
                 beyond=wide,
+                beyond_chi2_drop=gained,
             )
         )
     return tuple(sorted(ranking, key=lambda s: (bool(s.note), -s.chi2_drop, -(s.score or 0.0))))
@@ -592,10 +578,9 @@ def _ranking(state, names, found, shown, scores, null, known, rivals, beyond) ->
 def _unjudged(state: Calibrated, name: str, found: Sequence[Signature]) -> Suspect:
     effect = state.model.study.catalogue.effects[name]
     share = max((s.visible_share for s in found if s.effect == name), default=0.0)
-    return Suspect(
-        name, None, None, None, 0.0, {effect.amount: float(effect.neutral()[effect.amount])}, None, share, None, None, False,
-        "these data cannot show it", {},
-    )  # fmt: skip
+    neutral = {effect.amount: float(effect.neutral()[effect.amount])}
+    note = "these data cannot show it"
+    return Suspect(name, None, None, None, 0.0, neutral, None, share, None, None, False, note, {})
 
 
 def possible_cases(study: Study, count: int = LEVELS) -> list[Case]:
@@ -722,8 +707,7 @@ def next_measurement(state: Calibrated, rivals: Sequence[Rival]) -> NextMeasurem
         conditions=dict(case.conditions),
         predictions={label: float(m[best]) for label, m in zip(labels, means, strict=True)},
         uncertainties={
-            label: float(np.sqrt(v[best] + sigma[best] ** 2))
-            for label, v in zip(labels, variances, strict=True)
+            label: float(np.sqrt(v[best] + sigma[best] ** 2)) for label, v in zip(labels, variances, strict=True)
         },
         separation=float(np.sqrt(separation[best])),
     )

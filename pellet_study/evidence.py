@@ -57,7 +57,9 @@ class Evidence:
 
 
 def pooled_sd(means: np.ndarray, sd: np.ndarray, dof: np.ndarray) -> np.ndarray:
-    """Standard deviations of one reading, smoothed over cells: sigma^2 = s^2 ((1 - w) m^2 + w mean^2), m the median |mean|.
+    """Standard deviations of one reading, smoothed over cells.
+
+    sigma^2 = s^2 ((1 - w) m^2 + w mean^2), m the median |mean|
 
     Parameters
     ----------
@@ -118,9 +120,7 @@ def gather(model: Model, rows: Sequence[Measurement]) -> Evidence:
                 own[dofs > 0] = np.sqrt(within[g][dofs > 0] / dofs[dofs > 0])
                 pooled = pooled_sd(mean[g], own, dofs)
                 if not (pooled > 0).all():
-                    warnings.append(
-                        f"{rig}: all replicates are equal, so they cannot tell the scatter of a reading"
-                    )
+                    warnings.append(f"{rig}: all replicates are equal, so they cannot tell the scatter of a reading")
                     unknown[g[blank]] = True
                 else:
                     sd[g[blank]] = pooled[blank]

@@ -26,6 +26,11 @@ def ladder(steps: Sequence[dict], file: Path) -> None:
         values = [np.nan if s[key] is None else s[key] for s in steps]
         if not np.all(np.isnan(values)):
             axis.plot(at, values, marker=marker, label=label)
+    places = dict.fromkeys(place for s in steps for place in (s.get("level_out_rms_error") or {}))
+    for place in places:
+        values = [(s.get("level_out_rms_error") or {}).get(place, np.nan) for s in steps]
+        label = f"each {place.split('.')[1]} predicted from the others"
+        axis.plot(at, values, marker="^", linestyle="--", label=label)
     unit = steps[-1].get("rms_error_unit", "")
     if unit == "standard uncertainties":
         axis.axhline(1.0, color="0.5", linestyle=":", label="noise floor")
@@ -34,7 +39,7 @@ def ladder(steps: Sequence[dict], file: Path) -> None:
     axis.set_xlim(-0.4, len(steps) - 0.6)
     axis.set_ylim(bottom=0)
     axis.set_ylabel(f"rms error ({unit})")
-    axis.legend(frameon=False)
+    axis.legend(frameon=False, fontsize=8)
     figure.savefig(file, dpi=150)
     plt.close(figure)
 
@@ -75,7 +80,7 @@ def residuals(found: Comparison, file: Path) -> None:
 
 
 def ranking(found: Diagnosis, file: Path) -> None:
-    """chi2 that each candidate takes away; hatched where its size is implausible, grey where the data cannot show it."""
+    """chi2 that each candidate takes away; hatched: implausible size, grey: not shown by the data."""
     suspects = [s for s in found.ranking][::-1]
     if not suspects:
         return

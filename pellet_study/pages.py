@@ -21,12 +21,16 @@ def probability(p: float | None) -> str:
 def drift_words(drift: Drift) -> str:
     """Where it fails: `internal_friction would have to fall with layer_height_mm (layer_on_incline), z = -8.7`."""
     if drift.condition == "rig":
-        what = f"{drift.parameter} would have to be {'higher' if drift.z > 0 else 'lower'} in {drift.rig} than elsewhere"
+        what = (
+            f"{drift.parameter} would have to be {'higher' if drift.z > 0 else 'lower'} in {drift.rig} than elsewhere"
+        )
     elif drift.shape == "bends":
         way = "highest at both ends" if drift.z > 0 else "highest in the middle"
         what = f"{drift.parameter} would have to be {way} of {drift.condition} ({drift.rig})"
     else:
-        what = f"{drift.parameter} would have to {'rise' if drift.z > 0 else 'fall'} with {drift.condition} ({drift.rig})"
+        what = (
+            f"{drift.parameter} would have to {'rise' if drift.z > 0 else 'fall'} with {drift.condition} ({drift.rig})"
+        )
     return f"{what}, z = {drift.z:.1f}, p {probability(drift.p)}"
 
 
@@ -39,22 +43,17 @@ def comparison_page(study: Study, found: Comparison) -> str:
     """One page: the fit, where it fails, the constants, every row."""
     fit_rows = [r for r in found.rows if r.row.split == "fit"]
     lines = [
-        f"{study.title}: {len(fit_rows)} rows fitted, {len(found.rows) - len(fit_rows)} held out; rigs {', '.join(study.rigs)}",
+        f"{study.title}: {len(fit_rows)} rows fitted, {len(found.rows) - len(fit_rows)} held out; "
+        f"rigs {', '.join(study.rigs)}",
         f"model: base{''.join(' + ' + e for e in found.effects)}",
         "",
     ]
     if found.chi2 is None:
-        lines.append(
-            "FIT    neither sd nor replicates: how well the model fits cannot be judged from these data"
-        )
+        lines.append("FIT    neither sd nor replicates: how well the model fits cannot be judged from these data")
     else:
         lines.append(
             f"FIT    chi2 = {number(found.chi2)} on {found.dof}; lack of fit p {probability(found.lack_of_fit_p)}: "
-            + (
-                "the model fits within the scatter of the readings"
-                if found.fits
-                else "the model does not fit"
-            )
+            + ("the model fits within the scatter of the readings" if found.fits else "the model does not fit")
         )
         excuse = [f"{rig} {number(percent, 2)} %" for rig, percent in found.needed_setup_percent.items()]
         lines.append(f"       set-up scatter that would excuse it: {', '.join(excuse)}")
@@ -64,8 +63,7 @@ def comparison_page(study: Study, found: Comparison) -> str:
     words = where_it_fails(found)
     lines += [
         "",
-        "WHERE  "
-        + (("\n       ").join(words) if words else "no calibrated constant drifts with a condition"),
+        "WHERE  " + (("\n       ").join(words) if words else "no calibrated constant drifts with a condition"),
         "",
     ]
     lines.append(f"{'constant':48s}{'value':>10s}   95 % interval")
@@ -97,9 +95,7 @@ def rows_table(found: Comparison, most: int = 40) -> list[str]:
         shown = ", ".join(f"{c} {number(v)}" for c, v in r.row.conditions.items() if c in varied)
         z = "-" if r.z is None else f"{r.z:.1f}"
         held = "  held out" if r.row.split == "holdout" else ""
-        lines.append(
-            f"{r.row.rig:18s}{number(r.row.value):>10s}{number(r.predicted):>11s}{z:>7s}  {shown}{held}"
-        )
+        lines.append(f"{r.row.rig:18s}{number(r.row.value):>10s}{number(r.predicted):>11s}{z:>7s}  {shown}{held}")
     return lines
 
 
@@ -115,9 +111,7 @@ def size_words(study: Study, suspect: Suspect) -> str:
     for name, value in suspect.value.items():
         quantity = effect.parameters[name]
         low, high = quantity.get("physical", (quantity["min"], quantity["max"]))
-        parts.append(
-            f"{name} = {number(value, 3)} (physical {number(low, 3)} to {number(high, 3)} {quantity['unit']})"
-        )
+        parts.append(f"{name} = {number(value, 3)} (physical {number(low, 3)} to {number(high, 3)} {quantity['unit']})")
     return ", ".join(parts)
 
 
@@ -131,15 +125,15 @@ def ranking_table(study: Study, found: Diagnosis) -> list[str]:
         remark = s.note or ("explains" if s.explains else "")
         if s.beyond:
             remark += f": would need {', '.join(f'{k} = {number(v, 3)}' for k, v in s.beyond.items())}"
+            remark += f" (then chi2 drop {s.beyond_chi2_drop:.1f})" if s.beyond_chi2_drop is not None else ""
         if s.note == "wrong sign" or (s.p_adjusted or 1) > 0.05:
             smallest = (
-                ""
-                if s.smallest_visible is None
-                else f"from {number(s.smallest_visible, 3)} on it would be noticed"
+                "" if s.smallest_visible is None else f"from {number(s.smallest_visible, 3)} on it would be noticed"
             )
             remark = "; ".join(filter(None, (remark, smallest)))
         lines.append(
-            f"{s.effect:28s}{100 * s.visible_share:7.0f}%{s.score:7.1f}{probability(s.p_adjusted):>9s}{s.chi2_drop:11.1f}  "
+            f"{s.effect:28s}{100 * s.visible_share:7.0f}%{s.score:7.1f}{probability(s.p_adjusted):>9s}"
+            f"{s.chi2_drop:11.1f}  "
             f"{size_words(study, s)}{'; ' + remark if remark else ''}"
         )
     return lines
@@ -195,12 +189,11 @@ def diagnosis_page(study: Study, found: Diagnosis) -> str:
 
 def ladder(steps: Sequence[dict]) -> list[str]:
     """The error falling step by step."""
-    lines = [
-        f"{'step':>4s}{'chi2':>10s}{'dof':>5s}{'lack of fit p':>15s}{'rms':>9s}{'held out':>10s}  effects"
-    ]
+    lines = [f"{'step':>4s}{'chi2':>10s}{'dof':>5s}{'lack of fit p':>15s}{'rms':>9s}{'held out':>10s}  effects"]
     for k, s in enumerate(steps):
         lines.append(
-            f"{k:4d}{number(s['chi2']):>10s}{s['dof']:5d}{probability(s['lack_of_fit_p']):>15s}{number(s['rms_error'], 3):>9s}"
+            f"{k:4d}{number(s['chi2']):>10s}{s['dof']:5d}{probability(s['lack_of_fit_p']):>15s}"
+            f"{number(s['rms_error'], 3):>9s}"
             f"{number(s['holdout_rms_error'], 3):>10s}  {', '.join(s['effects']) or 'base'}"
         )
         for place, error in (s.get("level_out_rms_error") or {}).items():

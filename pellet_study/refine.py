@@ -54,9 +54,7 @@ def refine(
     comparison = compare(study, state, level_out=propose)
     steps, diagnoses, added = [comparison], [], []
     while True:
-        found = diagnose(
-            study, state, gate=GATE if not added else GATE_AGAIN, comparison=comparison, propose=propose
-        )
+        found = diagnose(study, state, gate=GATE if not added else GATE_AGAIN, comparison=comparison, propose=propose)
         diagnoses.append(found)
         if found.verdict != "missing" or len(added) + len(found.missing) > most:
             break
@@ -67,9 +65,7 @@ def refine(
             values = {p: chosen.fit.point[state.model.column[f"{name}.{p}"]] for p in effect.parameters}
             study = study.with_effect(name, values)
             added.append(name)
-            state = calibrate(
-                study, Model(study, engines=state.model.engines), state.evidence, extra_starts=1
-            )
+            state = calibrate(study, Model(study, engines=state.model.engines), state.evidence, extra_starts=1)
             comparison = compare(study, state, level_out=propose)
             steps.append(comparison)
         for name in needless(study, state, added):
@@ -83,8 +79,7 @@ def refine(
             break
     for name in added:
         values = {
-            p: state.fit.point[state.model.column[f"{name}.{p}"]]
-            for p in study.catalogue.effects[name].parameters
+            p: state.fit.point[state.model.column[f"{name}.{p}"]] for p in study.catalogue.effects[name].parameters
         }
         study = study.with_effect(name, values)
     return Refinement(

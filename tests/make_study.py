@@ -31,18 +31,14 @@ def folder(path: Path, lines: list[str], more: str = "") -> Path:
     return path
 
 
-def incline(
-    path: Path, mu=0.5, c=0.0, sd=0.5, repeats=3, seed=1, state_sd=False, more="", heights=HEIGHTS_MM
-) -> Path:
+def incline(path: Path, mu=0.5, c=0.0, sd=0.5, repeats=3, seed=1, state_sd=False, more="", heights=HEIGHTS_MM) -> Path:
     """Slip angles of a layer with Gaussian scatter."""
     rng = np.random.default_rng(seed)
     lines = ["rig,observable,value,layer_height_mm" + (",sd" if state_sd else "")]
     for h in heights:
         for _ in range(repeats):
             value = slip_angle_deg(h, mu, c) + sd * rng.standard_normal()
-            lines.append(
-                f"layer_on_incline,slip_angle_deg,{value:.4f},{h:g}" + (f",{sd}" if state_sd else "")
-            )
+            lines.append(f"layer_on_incline,slip_angle_deg,{value:.4f},{h:g}" + (f",{sd}" if state_sd else ""))
     return folder(path, lines, more)
 
 

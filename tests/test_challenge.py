@@ -24,9 +24,7 @@ def test_twin_drag_against_its_differential_equation():
         lambda t, y: [y[1], 9.81 - c * y[1] ** 2], (0, 2), [0, 0], events=_at(height), rtol=1e-10, atol=1e-12
     )
     v = 0.4 * falls.y_events[0][0][1]
-    rises = solve_ivp(
-        lambda t, y: [y[1], -9.81 - c * y[1] ** 2], (0, 2), [0, v], events=_top, rtol=1e-10, atol=1e-12
-    )
+    rises = solve_ivp(lambda t, y: [y[1], -9.81 - c * y[1] ** 2], (0, 2), [0, v], events=_top, rtol=1e-10, atol=1e-12)
     told = twins.rebound(
         {"seed_powder_restitution": np.array([[0.4]])},
         {"drop_height_mm": np.array([1e3 * height]), "seed_length_mm": np.array([1e3 * d])},

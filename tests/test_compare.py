@@ -29,19 +29,13 @@ def test_incline_against_the_explicit_solution(c):
     effect = catalogue.standard().effects["cohesion"]
     conditions = {"layer_height_mm": np.array([10.0, 25.0, 60.0]), "bulk_density_kg_m3": 1400.0}
     acting = {
-        "cohesion": catalogue.Acting(
-            effect.closed_form["layer_on_incline"], {"cohesive_stress_pa": np.array([[c]])}
-        )
+        "cohesion": catalogue.Acting(effect.closed_form["layer_on_incline"], {"cohesive_stress_pa": np.array([[c]])})
     }
-    angle = layer_on_incline.predict({"internal_friction": np.array([[0.4]])}, conditions, acting)[
-        "slip_angle_deg"
-    ][0]
+    angle = layer_on_incline.predict({"internal_friction": np.array([[0.4]])}, conditions, acting)["slip_angle_deg"][0]
     assert angle == pytest.approx([slip_angle_deg(h, 0.4, c) for h in (10.0, 25.0, 60.0)], abs=1e-6)
 
 
-@pytest.mark.parametrize(
-    "name", ["cohesion", "finite_thickness", "side_wall_friction", "stress_dependent_friction"]
-)
+@pytest.mark.parametrize("name", ["cohesion", "finite_thickness", "side_wall_friction", "stress_dependent_friction"])
 def test_an_effect_absent_is_not_there_and_grows_from_zero(name):
     standard = catalogue.standard()
     effect = standard.effects[name]
@@ -54,11 +48,7 @@ def test_an_effect_absent_is_not_there_and_grows_from_zero(name):
         def angles(amount, rig=rig, act=act, conditions=conditions, parameters=parameters):
             values = {**effect.neutral(), effect.amount: np.array([[amount]])}
             return next(
-                iter(
-                    standard.rigs[rig]
-                    .predict(parameters, conditions, {name: catalogue.Acting(act, values)})
-                    .values()
-                )
+                iter(standard.rigs[rig].predict(parameters, conditions, {name: catalogue.Acting(act, values)}).values())
             )
 
         bare = next(iter(declared.predict(parameters, conditions, {}).values()))
@@ -86,10 +76,7 @@ def test_shear_cell_slope_is_weighted_least_squares(tmp_path):
 def test_shared_setup_is_generalised_least_squares(tmp_path):
     lines = ["rig,observable,value,normal_stress_pa,sd,setup,setup_sd"]
     tau, groups = [260.0, 500.0, 980.0, 2050.0, 4010.0], "aabbb"
-    lines += [
-        f"shear_cell,shear_stress_pa,{t},{s},20,{g},50"
-        for s, t, g in zip(STRESSES_PA, tau, groups, strict=True)
-    ]
+    lines += [f"shear_cell,shear_stress_pa,{t},{s},20,{g},50" for s, t, g in zip(STRESSES_PA, tau, groups, strict=True)]
     found = compare(load(folder(tmp_path, lines)))
     same = np.array([[a == b for b in groups] for a in groups])
     inverse = np.linalg.inv(400 * np.eye(5) + 2500 * same)
@@ -141,14 +128,10 @@ def test_contradictory_replicates_are_told(tmp_path):
 
 def test_stuck_and_loose_parameters_are_named(tmp_path):
     study = incline(tmp_path, mu=0.5)
-    (study / "study.toml").write_text(
-        "[parameters]\ninternal_friction = { value = 0.3, min = 0.1, max = 0.4 }\n"
-    )
+    (study / "study.toml").write_text("[parameters]\ninternal_friction = { value = 0.3, min = 0.1, max = 0.4 }\n")
     found = compare(load(study))
     assert found.at_bound == ("internal_friction",) and any("bound" in w for w in found.warnings)
-    lines = ["rig,observable,value,layer_height_mm,sd"] + [
-        f"layer_on_incline,slip_angle_deg,30,20,{s}" for s in (1, 1)
-    ]
+    lines = ["rig,observable,value,layer_height_mm,sd"] + [f"layer_on_incline,slip_angle_deg,30,20,{s}" for s in (1, 1)]
     loose = compare(load(folder(tmp_path / "b", lines, "[effects]\ncohesion = {}\n")))
     assert set(loose.not_identified) == {"internal_friction", "cohesion.cohesive_stress_pa"}
 
@@ -161,18 +144,14 @@ def test_stuck_and_loose_parameters_are_named(tmp_path):
     ],
 )
 def test_too_little_to_fit(tmp_path, rows, word, capsys):
-    study = folder(
-        tmp_path, ["rig,observable,value,layer_height_mm,split", *rows], "[effects]\ncohesion = {}\n"
-    )
+    study = folder(tmp_path, ["rig,observable,value,layer_height_mm,split", *rows], "[effects]\ncohesion = {}\n")
     status, _ = command("compare", study)
     assert status == 2 and word in capsys.readouterr().err
 
 
 def test_held_out_rows_are_predicted_only(tmp_path):
     lines = ["rig,observable,value,layer_height_mm,sd,split"]
-    lines += [
-        f"layer_on_incline,slip_angle_deg,{slip_angle_deg(h, 0.5, 0):.4f},{h},0.5,fit" for h in (10, 20, 30)
-    ]
+    lines += [f"layer_on_incline,slip_angle_deg,{slip_angle_deg(h, 0.5, 0):.4f},{h},0.5,fit" for h in (10, 20, 30)]
     lines += ["layer_on_incline,slip_angle_deg,40,5,0.5,holdout"]
     found = compare(load(folder(tmp_path, lines)))
     assert found.dof == 2 and found.rms_error < 1e-3

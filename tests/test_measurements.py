@@ -38,10 +38,16 @@ def test_known_parameter_and_blank_condition_of_another_rig(tmp_path):
 @pytest.mark.parametrize(
     "lines, words",
     [
-        ((HEADER.replace("layer_height_mm", "layer_hieght_mm"), ROW), ("line 1", "layer_hieght_mm", "did you mean 'layer_height_mm'")),
+        (
+            (HEADER.replace("layer_height_mm", "layer_hieght_mm"), ROW),
+            ("line 1", "layer_hieght_mm", "did you mean 'layer_height_mm'"),
+        ),
         ((HEADER + ",value", ROW + ",1"), ("line 1", "'value'", "2 times")),
         (("rig,value", "shear_cell,1"), ("observable", "missing")),
-        ((HEADER, "layer_on_inclin,slip_angle_deg,30,20"), ("line 2", "layer_on_inclin", "did you mean 'layer_on_incline'")),
+        (
+            (HEADER, "layer_on_inclin,slip_angle_deg,30,20"),
+            ("line 2", "layer_on_inclin", "did you mean 'layer_on_incline'"),
+        ),
         ((HEADER, "layer_on_incline,slip_angle,30,20"), ("line 2", "slip_angle", "slip_angle_deg")),
         ((HEADER, ROW, "layer_on_incline,slip_angle_deg,thirty,20"), ("line 3", "thirty", "no number")),
         ((HEADER, "layer_on_incline,slip_angle_deg,nan,20"), ("line 2", "finite")),
@@ -53,7 +59,7 @@ def test_known_parameter_and_blank_condition_of_another_rig(tmp_path):
         ((HEADER + ",split", ROW + ",test"), ("line 2", "test", "holdout")),
         ((HEADER,), ("no rows",)),
     ],
-)  # fmt: skip
+)
 def test_refused(tmp_path, lines, words):
     with pytest.raises(InputError) as error:
         rows_of(tmp_path, *lines)

@@ -104,9 +104,7 @@ def test_writing_keeps_the_other_lines(tmp_path):
     )
     file = tmp_path / "study.toml"
     before = file.read_text()
-    write_effect(
-        file, "cohesion", settings(study.catalogue.effects["cohesion"], {"cohesive_stress_pa": 12.5})
-    )
+    write_effect(file, "cohesion", settings(study.catalogue.effects["cohesion"], {"cohesive_stress_pa": 12.5}))
     assert load(tmp_path).effects["cohesion"]["cohesive_stress_pa"].value == 12.5
     assert set(before.splitlines()) <= set(file.read_text().splitlines())
     erase_effect(file, "cohesion")

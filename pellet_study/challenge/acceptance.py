@@ -17,17 +17,33 @@ from pellet_study.challenge import trials, twins
 from pellet_study.diagnose import GATE
 
 COLUMNS = (
-    "kind", "hidden", "lambda", "number", "verdict", "first", "added", "tied", "gate_p", "rms_before", "rms_after",
-    "covered", "constants", "size_ratio", "next_rig",
-)  # fmt: skip
+    "kind",
+    "hidden",
+    "lambda",
+    "number",
+    "verdict",
+    "first",
+    "added",
+    "tied",
+    "gate_p",
+    "rms_before",
+    "rms_after",
+    "covered",
+    "constants",
+    "size_ratio",
+    "next_rig",
+)
 SINGLE = [e.name for e in twins.CANDIDATES if e.name not in twins.SAME]
 OUTSIDE = [e.name for e in twins.OUTSIDE]
 CONFUSED = ["viscoelastic_restitution", "plastic_restitution", "adhesion", "load_dependent_friction"]
 PAIRS = [  # in different rigs
-    "plastic_restitution+cohesion", "speed_dependent_rolling+load_dependent_friction",
-    "plastic_restitution+load_dependent_friction", "reading_offset+foot_loss", "air_drag+cohesion",
+    "plastic_restitution+cohesion",
+    "speed_dependent_rolling+load_dependent_friction",
+    "plastic_restitution+load_dependent_friction",
+    "reading_offset+foot_loss",
+    "air_drag+cohesion",
     "load_dependent_friction+fall_height_flattening",
-]  # fmt: skip
+]
 MASKED = ["viscoelastic_restitution+speed_dependent_rolling"]  # one candidate, air drag, explains both
 HELD_OUT = frozenset(
     k
@@ -67,19 +83,28 @@ def one(kind: str, hidden: str, lam: float, number: int) -> dict | None:
     else:
         found = trials.trial(truth, seed, lam if kind.endswith("scatter") else 0.0, held)
     return {
-        "kind": kind, "hidden": hidden, "lambda": f"{lam:g}", "number": number, "verdict": found.verdict, "first": found.first,
-        "added": "+".join(found.added), "tied": "|".join("+".join(names) for names in found.tied),
-        "gate_p": f"{found.gate_p:.4f}", "rms_before": f"{found.rms_before:.4f}", "rms_after": f"{found.rms_after:.4f}",
-        "covered": found.covered, "constants": found.constants, "size_ratio": f"{found.size_ratio:.4f}", "next_rig": rig,
-    }  # fmt: skip
+        "kind": kind,
+        "hidden": hidden,
+        "lambda": f"{lam:g}",
+        "number": number,
+        "verdict": found.verdict,
+        "first": found.first,
+        "added": "+".join(found.added),
+        "tied": "|".join("+".join(names) for names in found.tied),
+        "gate_p": f"{found.gate_p:.4f}",
+        "rms_before": f"{found.rms_before:.4f}",
+        "rms_after": f"{found.rms_after:.4f}",
+        "covered": found.covered,
+        "constants": found.constants,
+        "size_ratio": f"{found.size_ratio:.4f}",
+        "next_rig": rig,
+    }
 
 
 def run(file: Path, scale: float = 1.0, seconds: float = np.inf, first: int = 0, show=None) -> int:
-    """Do what is missing from the table, numbers in rounds so that every kind grows alike; returns how many were done."""
+    """Do what is missing from the table, every kind growing alike; returns how many were done."""
     done = (
-        {(r["kind"], r["hidden"], float(r["lambda"]), int(r["number"])) for r in read(file)}
-        if file.exists()
-        else set()
+        {(r["kind"], r["hidden"], float(r["lambda"]), int(r["number"])) for r in read(file)} if file.exists() else set()
     )
     jobs = [(k / n, kind, hidden, lam, first + k) for kind, hidden, lam, n in plan(scale) for k in range(n)]
     jobs = [job for job in sorted(jobs, key=lambda j: j[0]) if job[1:] not in done]
@@ -119,9 +144,7 @@ def interval(hits: int, n: int) -> tuple[float, float]:
 
 def named(row: dict) -> set[str]:
     """Every effect an answer names: added, or in a tie."""
-    return {e for e in row["added"].split("+") if e} | {
-        e for t in row["tied"].split("|") for e in t.split("+") if e
-    }
+    return {e for e in row["added"].split("+") if e} | {e for t in row["tied"].split("|") for e in t.split("+") if e}
 
 
 def right(row: dict) -> bool:
@@ -144,6 +167,11 @@ def inside(row: dict) -> bool:
     return set(row["hidden"].split("+")) <= named(row)
 
 
+def unexplained(row: dict) -> bool:
+    """It fails, and nothing is named."""
+    return row["verdict"] == "unexplained" and not row["added"]
+
+
 def figures(rows: list[dict]) -> list[dict]:
     """The acceptance figures, each beside its aim."""
     found: list[dict] = []
@@ -154,21 +182,37 @@ def figures(rows: list[dict]) -> list[dict]:
             return
         hits, n = sum(map(hit, chosen)), len(chosen)
         low, high = interval(hits, n)
-        found.append({
-            "figure": label, "aim": aim, "measured": f"{100 * hits / n:.1f} %", "interval": f"{100 * low:.1f} to {100 * high:.1f} %",
-            "trials": n, "met": "" if aim in ("", "for comparison") else "yes" if fine(hits / n, low, high) else "no",
-        })  # fmt: skip
+        found.append(
+            {
+                "figure": label,
+                "aim": aim,
+                "measured": f"{100 * hits / n:.1f} %",
+                "interval": f"{100 * low:.1f} to {100 * high:.1f} %",
+                "trials": n,
+                "met": "" if aim in ("", "for comparison") else "yes" if fine(hits / n, low, high) else "no",
+            }
+        )
 
     def quantity(label: str, aim: str, value: float, n: int, fine: bool, unit: str = "") -> None:
-        found.append({
-            "figure": label, "aim": aim, "measured": f"{value:.3g}{unit}", "interval": "", "trials": n, "met": "" if not aim else "yes" if fine else "no",
-        })  # fmt: skip
+        found.append(
+            {
+                "figure": label,
+                "aim": aim,
+                "measured": f"{value:.3g}{unit}",
+                "interval": "",
+                "trials": n,
+                "met": "" if not aim else "yes" if fine else "no",
+            }
+        )
 
     def of(kind: str, lam: float | None = None, hidden: str | None = None) -> list[dict]:
         return [
-            r for r in rows
-            if r["kind"] == kind and (lam is None or float(r["lambda"]) == lam) and (hidden is None or r["hidden"] == hidden)
-        ]  # fmt: skip
+            r
+            for r in rows
+            if r["kind"] == kind
+            and (lam is None or float(r["lambda"]) == lam)
+            and (hidden is None or r["hidden"] == hidden)
+        ]
 
     nothing, scatter = of("nothing"), of("nothing, set-up scatter")
     share(
@@ -262,7 +306,7 @@ def figures(rows: list[dict]) -> list[dict]:
         "outside the candidates, lambda 8: unexplained",
         ">= 90 %",
         plain,
-        lambda r: r["verdict"] == "unexplained" and not r["added"],
+        unexplained,
         lambda p, lo, hi: p >= 0.90,
     )
     share(
@@ -277,7 +321,7 @@ def figures(rows: list[dict]) -> list[dict]:
             f"  {e}: unexplained",
             "",
             of("outside", 8.0, e),
-            lambda r: r["verdict"] == "unexplained" and not r["added"],
+            unexplained,
             lambda p, lo, hi: True,
         )
     share(
@@ -329,11 +373,16 @@ def figures(rows: list[dict]) -> list[dict]:
     if unique:
         covered, constants = sum(int(r["covered"]) for r in unique), sum(int(r["constants"]) for r in unique)
         low, high = interval(covered, constants)
-        found.append({
-            "figure": "95 % intervals of the constants cover, after the addition", "aim": "93 to 97 %",
-            "measured": f"{100 * covered / constants:.1f} %", "interval": f"{100 * low:.1f} to {100 * high:.1f} %", "trials": len(unique),
-            "met": "yes" if 0.93 <= covered / constants <= 0.97 else "no",
-        })  # fmt: skip
+        found.append(
+            {
+                "figure": "95 % intervals of the constants cover, after the addition",
+                "aim": "93 to 97 %",
+                "measured": f"{100 * covered / constants:.1f} %",
+                "interval": f"{100 * low:.1f} to {100 * high:.1f} %",
+                "trials": len(unique),
+                "met": "yes" if 0.93 <= covered / constants <= 0.97 else "no",
+            }
+        )
         sizes = np.array([float(r["size_ratio"]) for r in unique])
         quantity(
             "fitted over hidden size, mean",
@@ -373,14 +422,19 @@ def by_effect(rows: list[dict]) -> list[dict]:
         mine = [r for r in rows if r["kind"] == kind and r["hidden"] == hidden and float(r["lambda"]) == lam]
         if mine:
             n = len(mine)
-            found.append({
-                "kind": kind, "hidden": hidden or "nothing", "lambda": f"{lam:g}", "trials": n,
-                "noticed": f"{100 * np.mean([r['first'] != 'adequate' for r in mine]):.1f}",
-                "unique_right": f"{100 * np.mean([bool(hidden) and right(r) for r in mine]):.1f}",
-                "in_answer": f"{100 * np.mean([bool(hidden) and inside(r) for r in mine]):.1f}",
-                "unique_wrong": f"{100 * np.mean([bool(named(r)) and wrong(r) for r in mine]):.1f}",
-                "unexplained": f"{100 * np.mean([r['verdict'] == 'unexplained' and not r['added'] for r in mine]):.1f}",
-            })  # fmt: skip
+            found.append(
+                {
+                    "kind": kind,
+                    "hidden": hidden or "nothing",
+                    "lambda": f"{lam:g}",
+                    "trials": n,
+                    "noticed": f"{100 * np.mean([r['first'] != 'adequate' for r in mine]):.1f}",
+                    "unique_right": f"{100 * np.mean([bool(hidden) and right(r) for r in mine]):.1f}",
+                    "in_answer": f"{100 * np.mean([bool(hidden) and inside(r) for r in mine]):.1f}",
+                    "unique_wrong": f"{100 * np.mean([bool(named(r)) and wrong(r) for r in mine]):.1f}",
+                    "unexplained": f"{100 * np.mean([unexplained(r) for r in mine]):.1f}",
+                }
+            )
     return found
 
 
@@ -416,12 +470,16 @@ def as_json(rows: list[dict]) -> dict:
     """Keys of `challenge`."""
     one_hidden = [r for r in rows if r["kind"] == "one"]
     nothing = [r for r in rows if r["kind"].startswith("nothing")]
-    return json.loads(json.dumps({
-        "trials": len(rows),
-        "identified": sum(right(r) for r in one_hidden),
-        "in_answer": sum(inside(r) for r in one_hidden),
-        "hidden_trials": len(one_hidden),
-        "false_alarms": sum(bool(named(r)) for r in nothing),
-        "null_trials": len(nothing),
-        "figures": figures(rows),
-    }))  # fmt: skip
+    return json.loads(
+        json.dumps(
+            {
+                "trials": len(rows),
+                "identified": sum(right(r) for r in one_hidden),
+                "in_answer": sum(inside(r) for r in one_hidden),
+                "hidden_trials": len(one_hidden),
+                "false_alarms": sum(bool(named(r)) for r in nothing),
+                "null_trials": len(nothing),
+                "figures": figures(rows),
+            }
+        )
+    )

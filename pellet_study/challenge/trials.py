@@ -63,9 +63,7 @@ def readings_of(effects: Mapping[str, float]) -> np.ndarray:
 
 def true_sd(readings: np.ndarray) -> np.ndarray:
     """Standard deviation of one reading under each condition of the campaign."""
-    return np.array(
-        [twins.reading_sd(rig, y) for (rig, _, _), y in zip(twins.conditions(), readings, strict=True)]
-    )
+    return np.array([twins.reading_sd(rig, y) for (rig, _, _), y in zip(twins.conditions(), readings, strict=True)])
 
 
 def strength(effects: Mapping[str, float], kept: tuple[int, ...] | None = None) -> float:
@@ -82,9 +80,7 @@ def strength(effects: Mapping[str, float], kept: tuple[int, ...] | None = None) 
 
 
 @cache
-def hidden(
-    names: tuple[str, ...], lam: float, sign: int = 1, kept: tuple[int, ...] | None = None
-) -> Truth | None:
+def hidden(names: tuple[str, ...], lam: float, sign: int = 1, kept: tuple[int, ...] | None = None) -> Truth | None:
     """Effects at amounts that give each the strength `lam` alone; None where the physical range does not reach it."""
     amounts = {}
     for name in names:
@@ -105,9 +101,7 @@ def hidden(
     return Truth(amounts, lam, readings_of(amounts))
 
 
-def noisy_rows(
-    truth: np.ndarray, rng: np.random.Generator, tau: float = 0.0, held_out: frozenset[int] = frozenset()
-):
+def noisy_rows(truth: np.ndarray, rng: np.random.Generator, tau: float = 0.0, held_out: frozenset[int] = frozenset()):
     """Rows of a campaign: five readings a condition, and a set-up scatter of `tau` standard errors that they share."""
     sd = true_sd(truth)
     centre = truth + tau * sd / np.sqrt(twins.REPEATS) * rng.standard_normal(len(truth))
@@ -134,9 +128,7 @@ def outcome(answer: Refinement, truth: Truth | None) -> Outcome:
         verdict=answer.verdict,
         first=answer.diagnoses[0].verdict,
         added=tuple(twins.SAME.get(n, n) for n in answer.added),
-        tied=tuple(
-            dict.fromkeys(tuple(sorted(twins.SAME.get(n, n) for n in names)) for names in answer.tied)
-        ),
+        tied=tuple(dict.fromkeys(tuple(sorted(twins.SAME.get(n, n) for n in names)) for names in answer.tied)),
         gate_p=answer.diagnoses[0].gate_p if answer.diagnoses[0].gate_p is not None else 1.0,
         rms_before=first.holdout_rms_error or np.nan,
         rms_after=last.holdout_rms_error or np.nan,

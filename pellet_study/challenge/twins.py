@@ -53,9 +53,7 @@ def rebound(parameters, conditions, effects):
     e = e * (1 + (v * _of(effects, "plastic_restitution", "inverse_yield_speed")) ** 2) ** -0.125
     film = _of(effects, "wet_film", "critical_stokes")
     e = e * np.maximum(1 - film * 1e-3 * REFERENCE_MM / (v * d), 0.02)
-    e = e * (
-        1 + _of(effects, "plate_resonance", "amplitude") * np.sin(2 * np.pi * np.log2(height / 0.02) / 2.3)
-    )
+    e = e * (1 + _of(effects, "plate_resonance", "amplitude") * np.sin(2 * np.pi * np.log2(height / 0.02) / 2.3))
     e = e * (1 - _of(effects, "size_loss", "amplitude") * (d / (1e-3 * REFERENCE_MM) - 0.75))
     pull = _pull(effects) * d / (1e-3 * REFERENCE_MM)
     energy = pull / (1.5 * np.pi * 0.5 * d)  # J/m2
@@ -81,7 +79,7 @@ def slope_slip(parameters, conditions, effects):
 
 
 def inclined_roll(parameters, conditions, effects):
-    """Roll-out distance, mm: energy down the slope and along the plate, friction by speed, adhesion, drag, loss at the foot."""
+    """Roll-out distance, mm: speed at the foot of the slope, then the energy spent along the plate."""
     slope, length = np.radians(conditions["slope_deg"]), 1e-3 * conditions["release_distance_mm"]
     d = 1e-3 * conditions["seed_length_mm"]
     mu = parameters["seed_powder_rolling_friction"]
@@ -91,11 +89,7 @@ def inclined_roll(parameters, conditions, effects):
 
     def gain(u):
         v = np.sqrt(np.maximum(u, 0))
-        return (
-            10
-            / 7
-            * (GRAVITY * np.sin(slope) - mu * GRAVITY * (np.cos(slope) + pull) * (1 + slower * v) - c * u)
-        )
+        return 10 / 7 * (GRAVITY * np.sin(slope) - mu * GRAVITY * (np.cos(slope) + pull) * (1 + slower * v) - c * u)
 
     u, h = 0.0 * (mu + length), length / SLOPE_STEPS
     for _ in range(SLOPE_STEPS):
@@ -108,9 +102,7 @@ def inclined_roll(parameters, conditions, effects):
     distance = 0.0
     for node, weight in zip(NODES, WEIGHTS, strict=True):
         s = v * node
-        distance = distance + weight * 1.4 * v * s / (
-            mu * GRAVITY * (1 + pull) * (1 + slower * s) + c * s * s
-        )
+        distance = distance + weight * 1.4 * v * s / (mu * GRAVITY * (1 + pull) * (1 + slower * s) + c * s * s)
     distance = distance * (1 + _of(effects, "texture", "amplitude") * np.sin(2 * np.pi * length / 0.25))
     return {"roll_distance_mm": 1e3 * distance}
 
@@ -135,48 +127,74 @@ def _quantity(default, low, high, unit="1", meaning=""):
 
 RIGS = {
     "rebound": Rig(
-        "rebound", None,
+        "rebound",
+        None,
         {"seed_powder_restitution": _quantity(0.4, 0.05, 0.95)},
         {"drop_height_mm": _quantity(120.0, 20.0, 1500.0, "mm"), "seed_length_mm": _quantity(2.0, 1.0, 3.0, "mm")},
-        {"rebound_height_mm": "apex"}, rebound,
+        {"rebound_height_mm": "apex"},
+        rebound,
     ),
     "slope_slip": Rig(
-        "slope_slip", None,
+        "slope_slip",
+        None,
         {"seed_powder_static_friction": _quantity(0.6, 0.05, 1.5)},
         {"seed_length_mm": _quantity(2.0, 1.0, 3.0, "mm"), "added_mass_mg": _quantity(0.0, 0.0, 100.0, "mg")},
-        {"slip_angle_deg": "tilt"}, slope_slip,
+        {"slip_angle_deg": "tilt"},
+        slope_slip,
     ),
     "inclined_roll": Rig(
-        "inclined_roll", None,
+        "inclined_roll",
+        None,
         {"seed_powder_rolling_friction": _quantity(0.25, 0.02, 0.6)},
         {
             "slope_deg": _quantity(35.0, 25.0, 50.0, "deg"),
             "release_distance_mm": _quantity(300.0, 50.0, 600.0, "mm"),
             "seed_length_mm": _quantity(2.0, 1.0, 3.0, "mm"),
         },
-        {"roll_distance_mm": "distance"}, inclined_roll,
+        {"roll_distance_mm": "distance"},
+        inclined_roll,
     ),
     "repose": Rig(
-        "repose", None,
+        "repose",
+        None,
         {"heap_angle_deg": _quantity(33.0, 10.0, 60.0, "deg")},
-        {"particle_diameter_um": _quantity(200.0, 50.0, 500.0, "um"), "outlet_height_mm": _quantity(50.0, 10.0, 200.0, "mm")},
-        {"repose_angle_deg": "angle"}, repose,
+        {
+            "particle_diameter_um": _quantity(200.0, 50.0, 500.0, "um"),
+            "outlet_height_mm": _quantity(50.0, 10.0, 200.0, "mm"),
+        },
+        {"repose_angle_deg": "angle"},
+        repose,
     ),
-}  # fmt: skip
+}
 TRUTH = {
-    "seed_powder_restitution": 0.4, "seed_powder_static_friction": 0.6, "seed_powder_rolling_friction": 0.25,
+    "seed_powder_restitution": 0.4,
+    "seed_powder_static_friction": 0.6,
+    "seed_powder_rolling_friction": 0.25,
     "heap_angle_deg": 33.0,
-}  # fmt: skip
+}
 
 
 def _effect(name, parameter, high, rigs, sides=1, low=0.0, widest=4.0):
     return Effect(
-        name=name, means="", formula="",
-        parameters={parameter: {
-            "absent": 0.0, "min": low * widest, "max": high * widest, "physical": (low, high), "unit": "", "meaning": "",
-        }},
-        sides=sides, rigs=dict.fromkeys(rigs, ""), signature="", source="", closed_form=dict.fromkeys(rigs),
-    )  # fmt: skip
+        name=name,
+        means="",
+        formula="",
+        parameters={
+            parameter: {
+                "absent": 0.0,
+                "min": low * widest,
+                "max": high * widest,
+                "physical": (low, high),
+                "unit": "",
+                "meaning": "",
+            }
+        },
+        sides=sides,
+        rigs=dict.fromkeys(rigs, ""),
+        signature="",
+        source="",
+        closed_form=dict.fromkeys(rigs),
+    )
 
 
 CANDIDATES = [
@@ -203,8 +221,11 @@ OUTSIDE = [
 ]
 SAME = {"liquid_bridges": "cohesion"}  # proportional to one another under all conditions: one class
 NOISE = {  # of one reading: share of the value, floor
-    "rebound": (0.05, 0.1), "slope_slip": (0.03, 0.2), "inclined_roll": (0.05, 1.0), "repose": (0.02, 0.2),
-}  # fmt: skip
+    "rebound": (0.05, 0.1),
+    "slope_slip": (0.03, 0.2),
+    "inclined_roll": (0.05, 1.0),
+    "repose": (0.02, 0.2),
+}
 REPEATS = 5
 
 
@@ -220,17 +241,12 @@ def conditions() -> tuple[tuple[str, str, Mapping[str, float]], ...]:
     found = []
     for d in (1.5, 2.5):
         found += [
-            ("rebound", {"drop_height_mm": float(h), "seed_length_mm": d})
-            for h in np.geomspace(20, 450, 7).round(1)
+            ("rebound", {"drop_height_mm": float(h), "seed_length_mm": d}) for h in np.geomspace(20, 450, 7).round(1)
         ]
-    found += [
-        ("slope_slip", {"seed_length_mm": 2.0, "added_mass_mg": m}) for m in (0.0, 3.0, 10.0, 35.0, 100.0)
-    ]
+    found += [("slope_slip", {"seed_length_mm": 2.0, "added_mass_mg": m}) for m in (0.0, 3.0, 10.0, 35.0, 100.0)]
     for slope in (25.0, 35.0, 45.0):
         for length in (100.0, 220.0, 480.0):
-            found.append(
-                ("inclined_roll", {"slope_deg": slope, "release_distance_mm": length, "seed_length_mm": 2.0})
-            )
+            found.append(("inclined_roll", {"slope_deg": slope, "release_distance_mm": length, "seed_length_mm": 2.0}))
     for d in SIZES_UM:
         for fall in (20.0, 60.0, 150.0):
             found.append(("repose", {"particle_diameter_um": d, "outlet_height_mm": fall}))
@@ -249,16 +265,25 @@ def measurement(
     """A row from its readings."""
     readings = np.asarray(readings, dtype=float)
     return Measurement(
-        rig, observable, float(readings.mean()), float(readings.std(ddof=1)), len(readings), given, {}, "", 0.0, split, "", line,
-    )  # fmt: skip
+        rig,
+        observable,
+        float(readings.mean()),
+        float(readings.std(ddof=1)),
+        len(readings),
+        given,
+        {},
+        "",
+        0.0,
+        split,
+        "",
+        line,
+    )
 
 
 def study(rows, effects: Mapping[str, Mapping[str, float]] | None = None, outside: bool = False) -> Study:
     """The study a user would make of twin measurements: the four constants free, and no effect unless given."""
     free = {
-        name: Setting(q["default"], q["min"], q["max"])
-        for rig in RIGS.values()
-        for name, q in rig.parameters.items()
+        name: Setting(q["default"], q["min"], q["max"]) for rig in RIGS.values() for name, q in rig.parameters.items()
     }
     return Study(
         title="twins",

@@ -35,10 +35,7 @@ def run(arguments: argparse.Namespace) -> dict:
     state = calibrate(larger, Model(larger))
     after = compare(larger, state, level_out=True)
     prefix = f"{arguments.effect}."
-    fitted = {
-        name: after.parameters[prefix + name]
-        for name in settings(study.catalogue.effects[arguments.effect], {})
-    }
+    fitted = {name: after.parameters[prefix + name] for name in settings(study.catalogue.effects[arguments.effect], {})}
     free = settings(study.catalogue.effects[arguments.effect], fitted)
     write_effect(
         arguments.study / "study.toml",

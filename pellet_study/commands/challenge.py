@@ -14,12 +14,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--scale", type=float, default=0.02, help="share of the full campaign (default 0.02; 1 is full)"
     )
-    parser.add_argument(
-        "--minutes", type=float, default=math.inf, help="stop after so long; the next call goes on"
-    )
-    parser.add_argument(
-        "--first", type=int, default=0, help="number of the first trial (published ones begin at 0)"
-    )
+    parser.add_argument("--minutes", type=float, default=math.inf, help="stop after so long; the next call goes on")
+    parser.add_argument("--first", type=int, default=0, help="number of the first trial (published ones begin at 0)")
 
 
 def run(arguments: argparse.Namespace) -> dict:
@@ -43,6 +39,7 @@ def run(arguments: argparse.Namespace) -> dict:
     answer = acceptance.as_json(rows)
     for row in answer["figures"]:
         print(
-            f"{row['figure']:80s}{row['aim']:28s}{row['measured']:>9s}  {row['interval']:18s}{row['trials']:6d}  {row['met']}"
+            f"{row['figure']:80s}{row['aim']:28s}{row['measured']:>9s}  "
+            f"{row['interval']:18s}{row['trials']:6d}  {row['met']}"
         )
     return answer
