@@ -73,6 +73,7 @@ def diagnosis(found: Diagnosis) -> dict:
         "ranking": [{**asdict(s), "interval": list(s.interval) if s.interval else None} for s in found.ranking],
         "tied": tied(found.tied),
         "next_measurement": proposal(found.next_measurement),
+        "alike_but_implausible": list(found.alike_but_implausible),
         "gate_p": found.gate_p,
         "warnings": list(dict.fromkeys(found.warnings)),
     }

@@ -128,6 +128,18 @@ class Diagnosis:
     rivals: tuple[Rival, ...]
     warnings: tuple[str, ...]
 
+    @property
+    def alike_but_implausible(self) -> tuple[str, ...]:
+        """Effects that would explain as well as what is named, at a size beyond their physical range."""
+        drops = {s.effect: s.chi2_drop for s in self.ranking}
+        named = [e for names in (self.missing, *self.tied) for e in names]
+        best = max((drops[e] for e in named), default=None)
+        if best is None:
+            return ()
+        return tuple(
+            s.effect for s in self.ranking if s.beyond_chi2_drop is not None and s.beyond_chi2_drop > best - TIE
+        )
+
 
 def diagnose(
     study: Study,

@@ -165,6 +165,12 @@ def answer_lines(study: Study, found: Diagnosis) -> list[str]:
         effect = catalogue.effects[name]
         lines.append(f"       {name}: {effect.means}. {effect.formula}  [{effect.source}]")
         lines += [f"         would show in {rig}: {where}" for rig, where in effect.rigs.items()]
+    if found.alike_but_implausible:
+        lines.append(
+            f"       by the shape of the misfit alone {' and '.join(found.alike_but_implausible)} "
+            "would explain it as well, "
+            "but only at a size beyond the physical range"
+        )
     if found.next_measurement is not None:
         lines += ["", f"NEXT   {next_words(found.next_measurement)}"]
     return lines

@@ -75,3 +75,31 @@ def test_refused(tmp_path, words, message, capsys):
 def test_history_of_nothing(tmp_path, capsys):
     status, _ = command("history", incline(tmp_path))
     assert status == 2 and "nothing was done" in capsys.readouterr().err
+
+
+def test_a_rig_and_an_effect_of_ones_own(tmp_path):
+    study = incline(tmp_path / "s")
+    (study / "rigs").mkdir()
+    (study / "effects").mkdir()
+    (study / "rigs" / "spring.py").write_text(
+        "RIG = {'name': 'spring', 'observables': {'force_n': 'pull'},\n"
+        " 'parameters': {'stiffness_n_m': {'default': 1.0, 'min': 0.0, 'max': 100.0, 'unit': 'N/m', 'meaning': 'k'}},\n"
+        " 'conditions': {'stretch_m': {'default': 1.0, 'min': 0.1, 'max': 5.0, 'unit': 'm', 'meaning': 'x'}}}\n"
+        "def predict(parameters, conditions, effects):\n"
+        "    force = parameters['stiffness_n_m'] * conditions['stretch_m']\n"
+        "    for act, values in effects.values():\n"
+        "        force = act(force, conditions, values)\n"
+        "    return {'force_n': force}\n".replace("RIG = {'name'", "RIG = {\n 'name'")
+    )
+    (study / "effects" / "hardening.py").write_text(
+        "EFFECT = {\n 'name': 'hardening', 'means': 'stiffer when stretched', 'formula': 'k x + b x^3', 'sides': 1,\n"
+        " 'parameters': {'cubic': {'absent': 0.0, 'min': 0.0, 'max': 10.0, 'unit': 'N/m3', 'meaning': 'b'}},\n"
+        " 'rigs': {'spring': 'at large stretch'}, 'signature': 'bends up', 'source': 'this test'}\n"
+        "CLOSED_FORM = {'spring': lambda force, c, v: force + v['cubic'] * c['stretch_m'] ** 3}\n"
+    )
+    rows = [f"spring,force_n,{2 * x + 0.3 * x**3 + e},{x},0.05" for x in (0.5, 1, 2, 3, 4) for e in (-0.03, 0.01)]
+    (study / "measurements.csv").write_text("\n".join(["rig,observable,value,stretch_m,sd", *rows]) + "\n")
+    (study / "study.toml").write_text("[parameters]\nstiffness_n_m = { value = 1, min = 0.1, max = 50 }\n")
+    status, answer = command("refine", study, json_file=tmp_path / "a.json")
+    assert status == 0 and answer["added"] == ["hardening"]
+    assert answer["steps"][-1]["parameters"]["hardening.cubic"] == pytest.approx(0.3, abs=0.01)
