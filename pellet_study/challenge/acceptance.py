@@ -60,6 +60,9 @@ def plan(scale: float = 1.0) -> list[tuple[str, str, float, int]]:
     found = [("nothing", "", 0.0, 1000), ("nothing, set-up scatter", "", 1.0, 500)]
     found += [("one", name, 8.0, 500) for name in SINGLE]
     found += [("one", name, lam, 200) for lam in (4.0, 6.0) for name in SINGLE]
+    found += [("nothing, sd stated", "", 0.0, 1000)]
+    found += [("one, sd stated", name, 4.0, 200) for name in SINGLE]
+    found += [("outside, sd stated", "wet_film", 8.0, 500)]
     found += [("outside", name, 8.0, 500) for name in OUTSIDE]
     found += [("next", name, 6.0, 200) for name in CONFUSED]
     found += [("next at random", name, 6.0, 100) for name in CONFUSED]
@@ -81,7 +84,7 @@ def one(kind: str, hidden: str, lam: float, number: int) -> dict | None:
     if kind.startswith("next"):
         _, found, rig = trials.trial_next(truth, seed, at_random=kind.endswith("random"))
     else:
-        found = trials.trial(truth, seed, lam if kind.endswith("scatter") else 0.0, held)
+        found = trials.trial(truth, seed, lam if kind.endswith("scatter") else 0.0, held, kind.endswith("stated"))
     return {
         "kind": kind,
         "hidden": hidden,
@@ -257,6 +260,20 @@ def figures(rows: list[dict]) -> list[dict]:
         lambda r: r["first"] != "adequate",
         lambda p, lo, hi: p >= 0.98,
     )
+    share(
+        "nothing hidden, sd by a known rule: any verdict but adequate",
+        "<= 5 %, upper bound < 8 %",
+        of("nothing, sd stated"),
+        lambda r: r["first"] != "adequate",
+        lambda p, lo, hi: p <= 0.05 and hi < 0.08,
+    )
+    share(
+        "lambda 4, sd by a known rule: noticed",
+        ">= 88 %",
+        of("one, sd stated", 4.0),
+        lambda r: r["first"] != "adequate",
+        lambda p, lo, hi: p >= 0.88,
+    )
     single = of("one", 8.0)
     share("lambda 8: truth unique or in the tie", ">= 97 %", single, inside, lambda p, lo, hi: p >= 0.97)
     worst = (
@@ -328,6 +345,13 @@ def figures(rows: list[dict]) -> list[dict]:
         "look-alike outside (wet_film), lambda 8: a wrong name",
         "<= 25 %",
         of("outside", 8.0, "wet_film"),
+        lambda r: bool(named(r)),
+        lambda p, lo, hi: p <= 0.25,
+    )
+    share(
+        "  the same, sd by a known rule",
+        "<= 25 %",
+        of("outside, sd stated", 8.0, "wet_film"),
         lambda r: bool(named(r)),
         lambda p, lo, hi: p <= 0.25,
     )
@@ -469,7 +493,7 @@ def write_tables(rows: list[dict], folder: Path, command: str) -> None:
 def as_json(rows: list[dict]) -> dict:
     """Keys of `challenge`."""
     one_hidden = [r for r in rows if r["kind"] == "one"]
-    nothing = [r for r in rows if r["kind"].startswith("nothing")]
+    nothing = [r for r in rows if r["kind"] == "nothing"]
     return json.loads(
         json.dumps(
             {

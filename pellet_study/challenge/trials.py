@@ -101,15 +101,28 @@ def hidden(names: tuple[str, ...], lam: float, sign: int = 1, kept: tuple[int, .
     return Truth(amounts, lam, readings_of(amounts))
 
 
-def noisy_rows(truth: np.ndarray, rng: np.random.Generator, tau: float = 0.0, held_out: frozenset[int] = frozenset()):
-    """Rows of a campaign: five readings a condition, and a set-up scatter of `tau` standard errors that they share."""
+def noisy_rows(
+    truth: np.ndarray,
+    rng: np.random.Generator,
+    tau: float = 0.0,
+    held_out: frozenset[int] = frozenset(),
+    stated: bool = False,
+):
+    """Rows of a campaign: five readings a condition, and a set-up scatter of `tau` standard errors that they share.
+
+    The sd of a row is that of its five readings; with `stated`, it follows the known rule (share of the reading and
+    floor) with one scale found from all the readings together.
+    """
     sd = true_sd(truth)
     centre = truth + tau * sd / np.sqrt(twins.REPEATS) * rng.standard_normal(len(truth))
     readings = centre[:, None] + sd[:, None] * rng.standard_normal((len(truth), twins.REPEATS))
-    return [
+    rule = true_sd(readings.mean(axis=1))
+    scale = np.sqrt(np.mean(readings.var(axis=1, ddof=1) / rule**2))
+    rows = [
         twins.measurement(*c, readings[k], line=k + 2, split="holdout" if k in held_out else "fit")
         for k, c in enumerate(twins.conditions())
     ]
+    return [replace(row, sd=float(scale * s)) for row, s in zip(rows, rule, strict=True)] if stated else rows
 
 
 def outcome(answer: Refinement, truth: Truth | None) -> Outcome:
@@ -138,9 +151,11 @@ def outcome(answer: Refinement, truth: Truth | None) -> Outcome:
     )
 
 
-def trial(truth: Truth, seed, tau: float = 0.0, held_out: frozenset[int] = frozenset()) -> Outcome:
+def trial(
+    truth: Truth, seed, tau: float = 0.0, held_out: frozenset[int] = frozenset(), stated: bool = False
+) -> Outcome:
     """One sealed trial."""
-    rows = noisy_rows(truth.readings, np.random.default_rng(seed), tau, held_out)
+    rows = noisy_rows(truth.readings, np.random.default_rng(seed), tau, held_out, stated)
     study = twins.study(rows)
     answer = refine(study, calibrate(study, extra_starts=1), propose=False)
     found = outcome(answer, truth)
