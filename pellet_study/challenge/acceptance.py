@@ -487,7 +487,7 @@ def write_tables(rows: list[dict], folder: Path, command: str) -> None:
         "* A row states the sd of its own five readings, so the data must tell how the noise grows with the reading.",
         "  In `sd by a known rule` the sd has the right shape and one scale from all readings; these kinds were added",
         "  after the first 2500 trials had been looked at.",
-        "* A pair of effects that one candidate imitates is counted apart, as that candidate alone mostly fits as well;",
+        "* A pair that one candidate imitates is counted apart, as that candidate alone often fits as well;",
         "  it was moved there after tuning trials had shown it.",
         "* The share `outside the candidates` leaves out wet_film, the look-alike, which has its own line.",
         "* Cohesion and liquid_bridges are proportional under all conditions: their tie counts as one answer.",
