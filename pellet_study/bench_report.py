@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pellet_study import figures, paper, quadratic
+from pellet_study import bench_figure, paper, quadratic
 from pellet_study.bench import STAGES, Calibrated
 
 PAPER_MEASURED = {"a1": "b1_physical_mm", "a2": "b2_physical_deg", "a3": "b3_physical_mm"}
@@ -57,8 +57,8 @@ def write(results: Sequence[Calibrated], folder: Path, contact_law: str) -> str:
         stage = result.stage
         result.sweep.round(6).to_csv(folder / f"sweep_{stage.rig}.csv", index=False, lineterminator="\n")
         rows, curve = _printed(stage.table)
-        figures.save(
-            figures.sweep(result, *(rows if rows else (None, None)), curve), folder / "figures" / f"{stage.rig}.png"
+        bench_figure.save(
+            bench_figure.sweep(result, *(rows if rows else (None, None)), curve), folder / "figures" / f"{stage.rig}.png"
         )
         record = _stage(result)
         low, high = record.pop("interval")

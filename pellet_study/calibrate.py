@@ -16,7 +16,7 @@ from pellet_study.evidence import Evidence
 from pellet_study.model import Model
 
 ROUNDS = 40
-SETTLED = 1e-5  # change of chi2, on a scale where 1 is one standard error squared
+SETTLED = 3e-4  # change of chi2, on a scale where 1 is one standard error squared
 
 
 @dataclass(frozen=True)

@@ -27,7 +27,7 @@ class Rig:
     """What turns cases into observables.
 
     `parameters` and `conditions` map names to {default, min, max, unit, meaning}; `predict` is None on YADE, where
-    `effects` names the effects the rig's script knows.
+    `effects` names the effects the rig's script knows. `readable` bounds what can be read of an observable.
     """
 
     name: str
@@ -38,6 +38,7 @@ class Rig:
     predict: Callable | None = None
     normal_stress: Callable | None = None
     effects: tuple[str, ...] = ()
+    readable: Mapping = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -129,6 +130,7 @@ def rig_from(module, file: Path | None = None) -> Rig:
         predict=getattr(module, "predict", None),
         normal_stress=getattr(module, "normal_stress", None),
         effects=tuple(declared.get("effects", ())),
+        readable=declared.get("readable", {}),
     )
 
 

@@ -8,22 +8,23 @@ residual; significance of the largest over all directions by Monte Carlo.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 from scipy import stats
 
 from pellet_study import evidence as readings
-from pellet_study.calibrate import Fit, Problem, fit, problem_of
+from pellet_study.calibrate import Fit, fit, problem_of
 from pellet_study.evidence import Evidence
 from pellet_study.measurements import Measurement
-from pellet_study.model import Case, Model, key, refuse_too_few
+from pellet_study.model import Model, key, refuse_too_few
 from pellet_study.study import Study
 
 DRAWS = 5_000
 SEED = 20260101
-LACK_OF_FIT = 0.005
-DRIFT = 0.005
+LACK_OF_FIT = 0.002
+DRIFT = 0.002
 VISIBLE = 0.03  # share of a direction that must survive the calibration to be tested
 IDENTIFIED = 0.5  # a constant is identified where its 95 % interval is narrower than this share of its range
 
@@ -73,6 +74,7 @@ class Comparison:
     holdout_rms_error: float | None
     rms_error_unit: str
     warnings: tuple[str, ...]
+    level_out_rms_error: dict[str, float] | None = None
 
     @property
     def fits(self) -> bool:
@@ -92,8 +94,12 @@ class Calibrated:
     fit: Fit
 
 
-def calibrate(study: Study, model: Model | None = None) -> Calibrated:
+def calibrate(
+    study: Study, model: Model | None = None, evidence: Evidence | None = None, extra_starts: int = 3
+) -> Calibrated:
     """Fit a study's free constants to its rows of split `fit`.
+
+    `evidence` may be that of another model of the same rows, which need not be gathered again.
 
     Raises
     ------
@@ -101,9 +107,10 @@ def calibrate(study: Study, model: Model | None = None) -> Calibrated:
     """
     rows = [row for row in study.rows if row.split == "fit"]
     model = model or Model(study)
-    problem = problem_of(model)
+    problem = problem_of(model, extra_starts)
     refuse_too_few(len(rows), len(problem.free))
-    evidence = with_simulator_noise(readings.gather(model, rows), model)
+    if evidence is None:
+        evidence = with_simulator_noise(readings.gather(model, rows), model)
     return Calibrated(study, model, evidence, fit(model, evidence, problem))
 
 
@@ -112,18 +119,37 @@ def with_simulator_noise(evidence: Evidence, model: Model) -> Evidence:
     spread = model.predict(model.base).variance[0, evidence.case]
     if not spread.any():
         return evidence
-    from dataclasses import replace
-
     sd = np.sqrt(evidence.sd**2 + spread)
     whiten = evidence.whiten * evidence.sd / sd if evidence.whiten.ndim == 1 else evidence.whiten * (evidence.sd / sd)
     return replace(evidence, sd=sd, whiten=whiten)
 
 
-def lack_of_fit(chi2: float, dof: int, evidence: Evidence) -> float | None:
-    """p of F = chi2/dof against F(dof, nu); None where there is nothing to compare."""
-    if not evidence.scale_known or dof <= 0:
+def lack_of_fit(fitted: Fit, evidence: Evidence, mine: np.ndarray | None = None) -> float | None:
+    """p of the chi2 of some cells (default all) over their degrees of freedom; None where there is nothing to compare.
+
+    A rig's cells have as many degrees of freedom as cells, less their leverages, and are compared with the scatter of
+    its own readings. For one rig that is F(n - p, nu); several are summed, and the sum matched in mean and variance by
+    a scaled F (Satterthwaite 1946, doi:10.2307/3002019).
+    """
+    if not evidence.scale_known:
         return None
-    return float(stats.f.sf(chi2 / dof, dof, evidence.dof))
+    basis = absorbed(fitted.jacobian)
+    own = 1 - (basis**2).sum(axis=1)
+    mine = np.ones(len(own), dtype=bool) if mine is None else mine
+    dof, chi2 = float(own[mine].sum()), float((fitted.residual[mine] ** 2).sum())
+    if dof < 0.5:
+        return None
+    group = np.array(evidence.group if evidence.group else np.zeros(len(own), dtype=int))
+    d = np.array([own[mine & (group == g)].sum() for g in np.unique(group[mine])])
+    known = evidence.group_dof if evidence.group else (evidence.dof,)
+    nu = np.array([known[g] for g in np.unique(group[mine])], dtype=float)
+    if len(nu) == 1 or (nu <= 5).any():
+        return float(stats.f.sf(chi2 / dof, dof, nu.sum()))
+    mean = d * nu / (nu - 2)
+    variance = 2 * mean**2 * (d + nu - 2) / (np.maximum(d, 1e-9) * (nu - 4))
+    relative = dof * variance.sum() / mean.sum() ** 2
+    matched = (4 * relative + 2 * dof - 4) / (relative - 2) if relative > 2 else 1e9
+    return float(stats.f.sf(chi2 / mean.sum() * matched / (matched - 2), dof, matched))
 
 
 def absorbed(jacobian: np.ndarray) -> np.ndarray:
@@ -141,30 +167,38 @@ def visible(directions: np.ndarray, basis: np.ndarray) -> np.ndarray:
     return directions - (directions @ basis) @ basis.T
 
 
-_GAUSSIAN: dict[tuple[int, int], np.ndarray] = {}
+@lru_cache(maxsize=8)
+def _noise(group: tuple[int, ...], group_dof: tuple[int, ...]) -> np.ndarray:
+    """Whitened readings that hide nothing, (DRAWS, n): Gaussian over a scale as uncertain as each group's.
+
+    The same draws for every test, so that an answer does not depend on what ran before.
+    """
+    rng = np.random.default_rng(SEED)
+    noise = rng.standard_normal((DRAWS, len(group)))
+    for number, dof in enumerate(group_dof):
+        if dof > 0:
+            mine = np.array(group) == number
+            noise[:, mine] /= np.sqrt(rng.chisquare(dof, (DRAWS, 1)) / dof)
+    return noise
 
 
-def largest_null(unit: np.ndarray, dof: float, two_sided: bool, draws: int = DRAWS) -> np.ndarray:
-    """Draws of the largest of several unit directions' scores over noise whose scale is known with `dof`.
+def largest_null(unit: np.ndarray, basis: np.ndarray, evidence: Evidence, two_sided: bool) -> np.ndarray:
+    """Sorted draws of the largest score, scaled as `scale_of` does, over readings that hide nothing.
 
     Parameters
     ----------
-    unit : (k, n) unit vectors
+    unit : (k, n) unit vectors, free of what the calibration absorbs
+    basis : (n, rank), what it absorbs
     """
-    rng = np.random.default_rng(SEED)
-    values, vectors = np.linalg.eigh(unit @ unit.T)
-    root = vectors * np.sqrt(np.maximum(values, 0))
-    gaussian = _GAUSSIAN.get((draws, len(unit)))
-    if gaussian is None:
-        gaussian = _GAUSSIAN[draws, len(unit)] = rng.standard_normal((draws, len(unit)))
-    z = gaussian @ root.T
+    group = evidence.group or (0,) * len(evidence.case)
+    noise = _noise(group, evidence.group_dof or (int(evidence.dof),))
+    z = noise @ unit.T
     largest = (np.abs(z) if two_sided else z).max(axis=1)
-    if np.isfinite(dof):
-        scale = _GAUSSIAN.get((draws, -int(dof)))
-        if scale is None:
-            scale = np.sqrt(np.random.default_rng(SEED + 1).chisquare(dof, draws) / dof)
-            _GAUSSIAN[draws, -int(dof)] = scale
-        largest = largest / scale
+    dof = len(group) - basis.shape[1]
+    if dof > 1:
+        whole = (noise**2).sum(axis=1) - ((noise @ basis) ** 2).sum(axis=1)
+        ratio = np.sqrt(np.maximum(whole - np.maximum(largest, 0) ** 2, 0) / (dof - 1))
+        largest = largest / (np.maximum(ratio, 1.0) if evidence.scale_known else np.maximum(ratio, 1e-12))
     return np.sort(largest)
 
 
@@ -176,7 +210,8 @@ def exceedance(null: np.ndarray, value: float) -> float:
 def scale_of(chi2: float, largest: float, dof: int, evidence: Evidence) -> tuple[float, float]:
     """Birge ratio with one direction taken out, and the degrees of freedom it is known with.
 
-    b = sqrt(max(1, (chi2 - z^2)/(dof - 1))) (Birge 1932, doi:10.1103/PhysRev.40.207); without stated scatter not bounded by 1.
+    b = sqrt(max(1, (chi2 - z^2)/(dof - 1))) (Birge 1932, doi:10.1103/PhysRev.40.207); not bounded
+    by 1 where no scatter is stated.
     """
     left = max(chi2 - largest**2, 0.0)
     if dof <= 1:
@@ -187,10 +222,13 @@ def scale_of(chi2: float, largest: float, dof: int, evidence: Evidence) -> tuple
     return max(float(ratio), 1e-12), float(dof - 1)
 
 
-def drifts(state: Calibrated) -> tuple[Drift, ...]:
-    """Constancy of every calibrated constant over every condition, the worst first."""
+def drifts(state: Calibrated, rigs: frozenset[str] | None = None) -> tuple[Drift, ...]:
+    """Constancy of every calibrated constant over every condition (of some rigs), the worst first."""
     names = [state.model.names[c] for c in state.fit.problem.free]
     labels, directions = drift_directions(state.model, state.evidence, state.fit, names)
+    if rigs is not None and labels:
+        inside = [k for k, label in enumerate(labels) if label[1] in rigs]
+        labels, directions = [labels[k] for k in inside], directions[inside]
     if not labels:
         return ()
     basis = absorbed(state.fit.jacobian)
@@ -202,10 +240,10 @@ def drifts(state: Calibrated) -> tuple[Drift, ...]:
     unit = seen[keep] / size[keep, None]
     z = unit @ state.fit.residual
     dof = len(state.evidence.case) - basis.shape[1]
-    scale, known = scale_of(state.fit.chi2, float(np.abs(z).max()), dof, state.evidence)
+    scale, _ = scale_of(state.fit.chi2, float(np.abs(z).max()), dof, state.evidence)
     if not np.isfinite(scale):
         return ()
-    null = largest_null(unit, known, two_sided=True)
+    null = largest_null(unit, basis, state.evidence, two_sided=True)
     kept = [label for label, k in zip(labels, keep, strict=True) if k]
     found = [
         Drift(*label, z=float(v / scale), p=exceedance(null, abs(v) / scale)) for label, v in zip(kept, z, strict=True)
@@ -251,21 +289,21 @@ def drift_directions(model: Model, evidence: Evidence, fitted: Fit, names: Seque
     return labels, np.array(directions)
 
 
-def compare(study: Study, state: Calibrated | None = None) -> Comparison:
-    """Calibrate a study's present model and look at what is left."""
+def compare(study: Study, state: Calibrated | None = None, level_out: bool = False) -> Comparison:
+    """Calibrate a study's present model and look at what is left; `level_out` also refits without each level."""
     state = state or calibrate(study)
     model, evidence, fitted = state.model, state.evidence, state.fit
     names = [model.names[c] for c in fitted.problem.free]
     rank = absorbed(fitted.jacobian).shape[1]
     cells, fit_rows = len(evidence.case), [row for row in study.rows if row.split == "fit"]
-    p_fit = lack_of_fit(fitted.chi2, cells - len(names), evidence)
+    p_fit = lack_of_fit(fitted, evidence)
     intervals, loose = intervals_of(state)
     warnings = list(evidence.warnings)
     dof = len(fit_rows) - len(names)
     if cells <= rank:
         warnings.append(
-            "there are as many free parameters as different cases: any model fits, these data can show no missing effect; "
-            "measure under more conditions"
+            "there are as many free parameters as different cases: any model fits, "
+            "these data can show no missing effect; measure under more conditions"
         )
     stuck = tuple(n for n, s in zip(names, fitted.at_bound, strict=True) if s)
     if stuck:
@@ -311,6 +349,7 @@ def compare(study: Study, state: Calibrated | None = None) -> Comparison:
         holdout_rms_error=rms("holdout"),
         rms_error_unit=unit,
         warnings=tuple(warnings),
+        level_out_rms_error=level_out_errors(state) if level_out else None,
     )
 
 
@@ -329,7 +368,7 @@ def intervals_of(state: Calibrated) -> tuple[dict[str, tuple[float, float]], tup
     if evidence.scale_known:
         t = stats.t.ppf(0.975, evidence.dof)
         ratio = np.sqrt(fitted.chi2 / dof) if dof > 0 else 1.0
-        p = lack_of_fit(fitted.chi2, dof, evidence)
+        p = lack_of_fit(fitted, evidence)
         if p is not None and p < 0.05 and ratio > 1:
             t = stats.t.ppf(0.975, dof) * ratio
     elif dof > 0:
@@ -431,9 +470,55 @@ def reading_sd(study: Study, model: Model) -> list[float | None]:
     return found
 
 
-def predictions_at(model: Model, cases: Sequence[Case], points: np.ndarray) -> np.ndarray:
-    """Predicted means of a study's model at other cases, (points, cases)."""
-    return Model(model.study, cases, model.engines).predict(points).mean
+def level_out_errors(state: Calibrated) -> dict[str, float]:
+    """Error on rows that a fit has not seen: each level of a condition kept back in turn, `rig.condition` -> rms.
+
+    Unweighted, in the observable's unit; for conditions with at least three levels, where enough cells stay to fit.
+    """
+    model, evidence = state.model, state.evidence
+    if model.step >= 1e-3:
+        return {}  # refits on a simulator cost too much for a side remark
+    rows = [row for row in state.study.rows if row.split == "fit"]
+    place = {key(case): k for k, case in enumerate(model.cases)}
+    cells = [model.cases[c] for c in evidence.case]
+    found = {}
+    for rig in dict.fromkeys(cell.rig for cell in cells):
+        for condition in next(cell for cell in cells if cell.rig == rig).conditions:
+            level = np.array([cell.conditions[condition] if cell.rig == rig else np.nan for cell in cells])
+            levels = np.unique(level[~np.isnan(level)])
+            if len(levels) < 3 or len({row.observable for row in rows if row.rig == rig}) > 1:
+                continue
+            errors = []
+            for left_out in levels:
+                kept = level != left_out
+                if kept.sum() < max(1, len(state.fit.problem.free)):
+                    break
+                fitted = fit(model, part_of(evidence, kept), problem_of(model, 2, state.fit.point))
+                mean = model.predict(fitted.point).mean[0]
+                errors += [
+                    row.value - mean[place[key(row)]]
+                    for row in rows
+                    if row.rig == rig and row.conditions[condition] == left_out
+                ]
+            else:
+                found[f"{rig}.{condition}"] = float(np.sqrt(np.mean(np.square(errors))))
+    return found
 
 
-__all__ = ["Calibrated", "Comparison", "Drift", "Problem", "calibrate", "compare", "drifts"]
+def part_of(evidence: Evidence, kept: np.ndarray) -> Evidence:
+    """Evidence from some of the cells."""
+    whiten = evidence.whiten
+    if whiten.ndim == 1:
+        whiten = whiten[kept]
+    else:
+        covariance_of_cells = np.linalg.inv(whiten.T @ whiten)[np.ix_(kept, kept)]
+        whiten = np.linalg.inv(np.linalg.cholesky(covariance_of_cells))
+    group = tuple(np.array(evidence.group)[kept].tolist()) if evidence.group else ()
+    return replace(
+        evidence,
+        group=group,
+        case=evidence.case[kept],
+        mean=evidence.mean[kept],
+        sd=evidence.sd[kept],
+        whiten=whiten,
+    )

@@ -11,7 +11,7 @@
    (Buzzi-Ferraris & Forzatti 1983, doi:10.1016/0009-2509(83)80012-8; Box & Hill 1967, doi:10.2307/1266318).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, product
 
@@ -20,6 +20,8 @@ from scipy import stats
 
 from pellet_study.calibrate import Fit, Problem, fit_many
 from pellet_study.compare import (
+    DRIFT,
+    LACK_OF_FIT,
     VISIBLE,
     Calibrated,
     Comparison,
@@ -33,20 +35,22 @@ from pellet_study.compare import (
     largest_null,
     reading_sd,
     scale_of,
-    visible,
 )
 from pellet_study.model import Case, Model
 from pellet_study.study import Study
 
-GATE = 0.04  # for the first effect; lack of fit and drift spend the rest of 5 %
-GATE_AGAIN = 0.01  # for each further one
-LEFT_OVER = 0.01  # lack of fit or drift that an explanation may not leave
+GATE = 0.035  # for the first effect; lack of fit and drift spend the rest of 5 %
+GATE_AGAIN = 0.002  # for each further one
+LEFT_OVER = 0.003  # p of lack of fit or drift that an explanation may not leave in the rigs where it acts
+LEFT_OVERALL = 0.001  # p of lack of fit that it may not leave over all rigs
 TIE = 4.0  # chi2 within which rivals explain alike
-PAIR_GAIN = 9.0  # chi2 by which a pair must beat a single effect that explains
+PAIR_GAIN = 12.0  # chi2 that each member of a pair must bring
+LEFT_NAMED = 0.002  # p of another candidate's signature that an explanation may not leave
+DISTINCT = 0.25  # share of a signature that must be left beside an explanation to be tested
 PAIRS_REFITTED = 14
 STEP = 3.0  # standard errors, the size at which signatures are taken
 PLAUSIBLE = 4.0  # chi2 by which a fit beyond the physical range must be better to be called implausible
-LEVELS = 7  # per condition, of the measurements that could come next
+LEVELS = 9  # per condition, of the measurements that could come next
 SEPARATES = 4.0
 
 
@@ -69,7 +73,8 @@ class Suspect:
 
     `score` is signed, in standard errors; `value` the fitted parameters; `note` is empty, or what speaks against it:
     "wrong sign", "implausible size", "these data cannot show it"; `smallest_visible` is the amount that would be
-    noticed in 80 of 100 such data sets.
+    noticed in 80 of 100 such data sets. `beyond` are the values a fit without the physical limit takes, and
+    `beyond_chi2_drop` what they would gain.
     """
 
     effect: str
@@ -85,6 +90,7 @@ class Suspect:
     explains: bool
     note: str
     beyond: dict[str, float]
+    beyond_chi2_drop: float | None = None
 
 
 @dataclass(frozen=True)
@@ -121,6 +127,18 @@ class Diagnosis:
     comparison: Comparison
     rivals: tuple[Rival, ...]
     warnings: tuple[str, ...]
+
+    @property
+    def alike_but_implausible(self) -> tuple[str, ...]:
+        """Effects that would explain as well as what is named, at a size beyond their physical range."""
+        drops = {s.effect: s.chi2_drop for s in self.ranking}
+        named = [e for names in (self.missing, *self.tied) for e in names]
+        best = max((drops[e] for e in named), default=None)
+        if best is None:
+            return ()
+        return tuple(
+            s.effect for s in self.ranking if s.beyond_chi2_drop is not None and s.beyond_chi2_drop > best - TIE
+        )
 
 
 def diagnose(
@@ -159,23 +177,21 @@ def diagnose(
         unit = np.array([s.unit for s in shown])
         scores = unit @ fitted.residual
         scale, known = scale_of(fitted.chi2, float(max(scores.max(), 0.0)), dof, evidence)
-        null = largest_null(unit, known, two_sided=False)
+        null = largest_null(unit, basis, evidence, two_sided=False)
         gate_p = exceedance(null, scores.max() / scale)
     open_gate = gate_p is not None and gate_p < gate
     if not names:
         warnings.append("no absent effect acts in the rigs used: there is nothing to rank")
     singles, beyond = refits(state, names, shown, scores) if shown else ({}, {})
     needed = open_gate or not comparison.fits
-    rivals = judge(state, singles.values(), known) if needed else [Rival(k, f, False) for k, f in singles.items()]
+    rivals = judge(state, singles.values(), shown) if needed else [Rival(k, f, False) for k, f in singles.items()]
     ranking = _ranking(state, names, found, shown, scores / scale, null, known, rivals, beyond)
     plausible = {s.effect for s in ranking if not s.note}
     verdict, chosen = "adequate", []
     if needed:
         verdict = "unexplained"
         if open_gate:
-            chosen = explanations(
-                state, [r for r in rivals if set(r.effects) <= plausible], shown, scores, known, plausible
-            )
+            chosen = explanations(state, [r for r in rivals if set(r.effects) <= plausible], shown, scores, plausible)
     missing: tuple[str, ...] = ()
     tied: tuple[tuple[str, ...], ...] = ()
     if len(chosen) == 1:
@@ -192,7 +208,15 @@ def diagnose(
     if needed and not open_gate:
         warnings.append("the model fails, but in no way that one of the candidates would make it fail")
     return Diagnosis(
-        verdict, missing, tied, ranking, proposal, gate_p, comparison, tuple([*chosen, *rest]), tuple(warnings)
+        verdict,
+        missing,
+        tied,
+        ranking,
+        proposal,
+        gate_p,
+        comparison,
+        tuple([*chosen, *rest]),
+        tuple(warnings),
     )
 
 
@@ -256,7 +280,7 @@ def signatures(state: Calibrated, names: Sequence[str], basis: np.ndarray) -> li
     seen = change - (change @ basis) @ basis.T
     length = np.linalg.norm(seen, axis=2)
     finer, sizes_at = [], []
-    for k, (name, _, shape, sizes, absent, reach) in enumerate(labels):
+    for k, (name, _, shape, _, absent, reach) in enumerate(labels):
         above = np.flatnonzero(length[k] >= STEP)
         share = shares[-1]
         if len(above):
@@ -367,23 +391,64 @@ def refits(state: Calibrated, names: Sequence[str], shown: Sequence[Signature], 
     return fits, beyond
 
 
-def judge(state: Calibrated, fits, known: float) -> list[Rival]:
-    """Whether each fitted rival leaves neither lack of fit nor a drifting constant behind."""
+def judge(state: Calibrated, fits: Iterable[Fit], shown: Sequence[Signature] = ()) -> list[Rival]:
+    """Whether each fitted rival explains the data.
+
+    It may leave neither lack of fit nor a drifting constant behind, first of all where it acts, nor the signature of
+    another candidate.
+    """
+    evidence = state.evidence
+    rig_of = np.array([state.model.cases[c].rig for c in evidence.case], dtype=object)
+    failing = failing_rigs(state, rig_of)
     found = []
     for fitted in fits:
         free = fitted.problem.free
         names = tuple(dict.fromkeys(state.model.names[c].split(".")[0] for c in free[len(state.fit.problem.free) :]))
-        p = lack_of_fit(fitted.chi2, len(state.evidence.case) - len(free), state.evidence)
-        explains = p is None or p >= LEFT_OVER
+        rigs = frozenset(rig for rig, acting in state.model.acting.items() if set(names) & set(acting))
+        rigs |= failing
+        mine = np.array([rig in rigs for rig in rig_of])
+        overall = lack_of_fit(fitted, evidence)
+        local = lack_of_fit(fitted, evidence, mine)
+        explains = (overall is None or overall >= LEFT_OVERALL) and (local is None or local >= LEFT_OVER)
         if explains:
-            left = drifts(replace(state, fit=fitted))
+            left = drifts(replace(state, fit=fitted), rigs)
             explains = not left or left[0].p >= LEFT_OVER
+        if explains:
+            explains = signature_left(state, fitted, names, shown) >= LEFT_NAMED
         found.append(Rival(names, fitted, explains))
     return found
 
 
+def failing_rigs(state: Calibrated, rig_of: np.ndarray) -> frozenset[str]:
+    """Rigs in which the present model fails, by lack of fit or a drifting constant; an explanation must mend them."""
+    found = {d.rig for d in drifts(state) if d.p < DRIFT}
+    for rig in dict.fromkeys(rig_of):
+        p = lack_of_fit(state.fit, state.evidence, rig_of == rig)
+        if p is not None and p < LACK_OF_FIT:
+            found.add(rig)
+    return frozenset(found)
+
+
+def signature_left(state: Calibrated, fitted: Fit, names: Sequence[str], shown: Sequence[Signature]) -> float:
+    """p of the largest score of the other candidates' signatures on what a fit leaves."""
+    units = np.array([s.unit for s in shown if s.effect not in names])
+    if not len(units):
+        return 1.0
+    basis = absorbed(fitted.jacobian)
+    seen = units - (units @ basis) @ basis.T
+    size = np.linalg.norm(seen, axis=1)
+    seen, size = seen[size > DISTINCT], size[size > DISTINCT]
+    dof = len(fitted.residual) - basis.shape[1]
+    if not len(seen) or dof < 2:
+        return 1.0
+    unit = seen / size[:, None]
+    z = unit @ fitted.residual
+    scale, _ = scale_of(fitted.chi2, float(max(z.max(), 0.0)), dof, state.evidence)
+    return exceedance(largest_null(unit, basis, state.evidence, two_sided=False), z.max() / scale)
+
+
 def unit_of_chi2(state: Calibrated, fitted: Fit) -> float:
-    """The chi2 that counts as one: residual scatter of a fit where it exceeds the stated one, or where none is stated."""
+    """The chi2 that counts as one: a fit's residual scatter where it exceeds the stated one or none is stated."""
     dof = max(len(state.evidence.case) - len(fitted.problem.free), 1)
     ratio = fitted.chi2 / dof
     return max(1.0, ratio) if state.evidence.scale_known else max(ratio, 1e-12)
@@ -399,7 +464,6 @@ def explanations(
     singles: Sequence[Rival],
     shown: Sequence[Signature],
     scores: np.ndarray,
-    known: float,
     plausible: set,
 ) -> list[Rival]:
     """The tie set: the single effects, else the pairs, that explain the data and lie within 4 of the best."""
@@ -407,11 +471,11 @@ def explanations(
     best = min(good, key=lambda r: penalised(r, state)) if good else None
     doubtful = best is None
     if best is not None:
-        p = lack_of_fit(best.fit.chi2, len(state.evidence.case) - len(best.fit.problem.free), state.evidence)
+        p = lack_of_fit(best.fit, state.evidence)
         doubtful = p is not None and p < 0.05
     if doubtful:
         pairs = pair_rivals(state, singles, shown, scores, plausible)
-        pairs = [r for r in judge(state, pairs, known) if r.explains]
+        pairs = [r for r in judge(state, pairs, shown) if r.explains]
         if pairs:
             top = min(pairs, key=lambda r: penalised(r, state))
             if best is None or penalised(top, state) < penalised(best, state) - PAIR_GAIN * unit_of_chi2(
@@ -438,7 +502,10 @@ def pair_rivals(state: Calibrated, singles: Sequence[Rival], shown, scores: np.n
         rho = float(shown[i].unit @ shown[j].unit)
         if abs(rho) > 0.98:
             continue
-        first, second = (scores[i] - rho * scores[j]) / (1 - rho**2), (scores[j] - rho * scores[i]) / (1 - rho**2)
+        first, second = (
+            (scores[i] - rho * scores[j]) / (1 - rho**2),
+            (scores[j] - rho * scores[i]) / (1 - rho**2),
+        )
         if first > 0 and second > 0:
             promise.append((first * scores[i] + second * scores[j], a, b, i, j))
     promise = sorted(promise, key=lambda item: -item[0])[:PAIRS_REFITTED]
@@ -458,7 +525,7 @@ def pair_rivals(state: Calibrated, singles: Sequence[Rival], shown, scores: np.n
     return [
         f
         for f, (_, a, b, _, _) in zip(fits, promise, strict=True)
-        if f.chi2 < min(alone.get(a, np.inf), alone.get(b, np.inf)) - TIE * unit_of_chi2(state, f)
+        if f.chi2 < min(alone.get(a, np.inf), alone.get(b, np.inf)) - PAIR_GAIN * unit_of_chi2(state, f)
     ]
 
 
@@ -480,7 +547,7 @@ def _ranking(state, names, found, shown, scores, null, known, rivals, beyond) ->
         reach = physical(state.model, name)[0][1 if signature.sign > 0 else 0]
         visible_size = float(smallest) if abs(smallest - absent) <= abs(reach - absent) else None
         rival = fitted.get(name)
-        value, interval, drop, p_left, note, wide = {}, None, 0.0, None, "", {}
+        value, interval, drop, p_left, note, wide, gained = {}, None, 0.0, None, "", {}, None
         if rival is not None:
             own = rival.fit.values[base:]
             value = dict(zip(effect.parameters, map(float, own), strict=True))
@@ -489,11 +556,12 @@ def _ranking(state, names, found, shown, scores, null, known, rivals, beyond) ->
             se = float(np.sqrt(covariance(rival.fit)[base, base] * unit_of_chi2(state, rival.fit)))
             low, high = rival.fit.problem.low[base], rival.fit.problem.high[base]
             interval = (float(max(low, own[0] - 2 * se)), float(min(high, own[0] + 2 * se)))
-            p_left = lack_of_fit(rival.fit.chi2, len(evidence.case) - len(rival.fit.problem.free), evidence)
+            p_left = lack_of_fit(rival.fit, evidence)
             if name in beyond:
                 better = rival.fit.chi2 - beyond[name].chi2
                 if better > PLAUSIBLE * unit_of_chi2(state, beyond[name]):
                     note = "implausible size"
+                    gained = float((state.fit.chi2 - beyond[name].chi2) / unit)
                     wide = dict(zip(effect.parameters, map(float, beyond[name].values[base:]), strict=True))
         if score <= 0 and drop < 1.0:
             note = "wrong sign" if effect.sides == 1 else ""
@@ -513,6 +581,7 @@ def _ranking(state, names, found, shown, scores, null, known, rivals, beyond) ->
                 explains=bool(rival and rival.explains),
                 note=note,
                 beyond=wide,
+                beyond_chi2_drop=gained,
             )
         )
     return tuple(sorted(ranking, key=lambda s: (bool(s.note), -s.chi2_drop, -(s.score or 0.0))))
@@ -521,13 +590,12 @@ def _ranking(state, names, found, shown, scores, null, known, rivals, beyond) ->
 def _unjudged(state: Calibrated, name: str, found: Sequence[Signature]) -> Suspect:
     effect = state.model.study.catalogue.effects[name]
     share = max((s.visible_share for s in found if s.effect == name), default=0.0)
-    return Suspect(
-        name, None, None, None, 0.0, {effect.amount: float(effect.neutral()[effect.amount])}, None, share, None, None, False,
-        "these data cannot show it", {},
-    )  # fmt: skip
+    neutral = {effect.amount: float(effect.neutral()[effect.amount])}
+    note = "these data cannot show it"
+    return Suspect(name, None, None, None, 0.0, neutral, None, share, None, None, False, note, {})
 
 
-def possible_cases(study: Study) -> list[Case]:
+def possible_cases(study: Study, count: int = LEVELS) -> list[Case]:
     """What could be measured next: a grid over each rig's ranges, two conditions at a time, the others as measured."""
     rigs = dict.fromkeys([*study.rigs, *(study.possible or {})])
     cases = []
@@ -548,14 +616,8 @@ def possible_cases(study: Study) -> list[Case]:
                     continue
                 low, high = given[condition]
             else:
-                if (
-                    rows
-                    and len({row.conditions[condition] for row in rows}) == 1
-                    and len({r.rig for r in study.rows}) >= 1
-                ):
-                    continue  # never varied: nobody said it can be
                 low, high = quantity["min"], quantity["max"]
-            levels[condition] = np.geomspace(low, high, LEVELS) if low > 0 else np.linspace(low, high, LEVELS)
+            levels[condition] = np.geomspace(low, high, count) if low > 0 else np.linspace(low, high, count)
         observables = {row.observable for row in rows} or set(rig.observables)
         grid = product(*levels.values()) if len(levels) <= 3 else _pairs_of(levels, usual)
         for values in grid:
@@ -603,7 +665,7 @@ def next_measurement(state: Calibrated, rivals: Sequence[Rival]) -> NextMeasurem
     """The condition that separates rival explanations best; None where none does."""
     if len(rivals) < 2:
         return None
-    cases = possible_cases(state.study)
+    cases = possible_cases(state.study, LEVELS if state.model.step < 1e-3 else 3)
     if not cases:
         return None
     model = Model(state.study, cases, state.model.engines)
@@ -643,8 +705,11 @@ def next_measurement(state: Calibrated, rivals: Sequence[Rival]) -> NextMeasurem
         d = np.nan_to_num(d)
         gain += weights[a] * weights[b] * d
         separation = np.maximum(separation, d)
+    limits = [state.study.catalogue.rigs[c.rig].readable.get(c.observable, (-np.inf, np.inf)) for c in cases]
+    readable = [all(low <= m[k] <= high for m in means) for k, (low, high) in enumerate(limits)]
+    gain = np.where(readable, gain, -1.0)
     best = int(np.argmax(gain))
-    if separation[best] < SEPARATES:
+    if gain[best] < 0 or separation[best] < SEPARATES:
         return None
     case = cases[best]
     labels = [" + ".join(r.effects) for r in rivals]

@@ -31,6 +31,8 @@ class Evidence:
     dof : degrees of freedom of the stated or pooled standard deviations; 0 where the scale is unknown
     replicate_chi2, replicate_dof : scatter of rows about their cell mean over its expectation
     warnings : what the reader must know
+    group : (n,) number of each cell's rig and observable, whose standard deviations were found together
+    group_dof : degrees of freedom of each group's standard deviation
     """
 
     case: np.ndarray
@@ -41,6 +43,8 @@ class Evidence:
     replicate_chi2: float
     replicate_dof: int
     warnings: tuple[str, ...] = ()
+    group: tuple[int, ...] = ()
+    group_dof: tuple[int, ...] = ()
 
     @property
     def scale_known(self) -> bool:
@@ -53,7 +57,9 @@ class Evidence:
 
 
 def pooled_sd(means: np.ndarray, sd: np.ndarray, dof: np.ndarray) -> np.ndarray:
-    """Standard deviations of one reading, smoothed over cells: sigma^2 = s^2 ((1 - w) m^2 + w mean^2), m the median |mean|.
+    """Standard deviations of one reading, smoothed over cells.
+
+    sigma^2 = s^2 ((1 - w) m^2 + w mean^2), m the median |mean|
 
     Parameters
     ----------
@@ -61,20 +67,25 @@ def pooled_sd(means: np.ndarray, sd: np.ndarray, dof: np.ndarray) -> np.ndarray:
 
     Notes
     -----
-    w (0: constant, 1: proportional to the reading) by likelihood of the cells' variances, and only where the readings
-    span a factor of two; s by pooling.
+    w (0: constant, 1: proportional to the reading) only where the readings span a factor of two, averaged over by the
+    likelihood of the cells' variances; s by pooling.
     """
+    shape = _shapes(means)
+    scale = (dof * sd**2 / shape).sum(axis=1) / dof.sum()
+    likelihood = -0.5 * (dof * np.log(np.maximum(scale[:, None], 1e-300) * shape)).sum(axis=1)
+    belief = np.exp(likelihood - likelihood.max())
+    return np.exp(belief @ (0.5 * np.log(np.maximum(scale[:, None] * shape, 1e-300))) / belief.sum())
+
+
+def _shapes(means: np.ndarray) -> np.ndarray:
+    """Variances of a reading by cell, up to a factor, for each share w of noise that grows with the reading."""
     size = np.abs(means)
     middle = np.median(size)
     weights = np.array([0.0])
     if len(means) > 2 and middle > 0 and size.max() > SPAN_FOR_PROPORTION * size.min():
-        weights = np.array([0.0, 0.3, 0.6, 0.8, 0.9, 0.95, 0.97, 0.99, 0.997, 1.0])
+        weights = np.array([0.0, 0.3, 0.6, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.998, 0.999, 1.0])
     shape = (1 - weights[:, None]) * max(middle, 1e-300) ** 2 + weights[:, None] * size**2
-    shape = np.maximum(shape, 1e-12 * max(middle, 1e-150) ** 2)
-    scale = (dof * sd**2 / shape).sum(axis=1) / dof.sum()
-    likelihood = -0.5 * (dof * np.log(np.maximum(scale[:, None], 1e-300) * shape)).sum(axis=1)
-    best = int(np.argmax(likelihood))
-    return np.sqrt(scale[best] * shape[best])
+    return np.maximum(shape, 1e-12 * max(middle, 1e-150) ** 2)
 
 
 def gather(model: Model, rows: Sequence[Measurement]) -> Evidence:
@@ -95,10 +106,11 @@ def gather(model: Model, rows: Sequence[Measurement]) -> Evidence:
     repeats = np.array([len(cell) - 1 for cell in members], dtype=float)
     dof, chi2, chi2_dof, unknown = 0.0, 0.0, 0, np.zeros(len(members), dtype=bool)
     groups: dict[tuple[str, str], list[int]] = {}
+    group_dof: list[int] = []
     for k, cell in enumerate(members):
         groups.setdefault((cell[0].rig, cell[0].observable), []).append(k)
     for (rig, observable), indices in groups.items():
-        g = np.array(indices)
+        g, before = np.array(indices), dof
         blank = np.isnan(sd[g])
         if blank.any():
             replicated = g[blank & (repeats[g] > 0)]
@@ -136,6 +148,10 @@ def gather(model: Model, rows: Sequence[Measurement]) -> Evidence:
                     sd[stated] *= np.sqrt(scatter / expected)
         elif blank.any() and not unknown[g].all():
             chi2, chi2_dof = chi2 + float((within[g] / sd[g] ** 2).sum()), chi2_dof + int(repeats[g].sum())
+        group_dof.append(int(dof - before))
+    number = np.empty(len(members), dtype=int)
+    for k, indices in enumerate(groups.values()):
+        number[indices] = k
     setup_sd = np.array([cell[0].setup_sd for cell in members])
     if unknown.any():
         for (rig, observable), indices in groups.items():
@@ -157,7 +173,18 @@ def gather(model: Model, rows: Sequence[Measurement]) -> Evidence:
                 if shared[a] and shared[a] == shared[b] and first[0].observable == second[0].observable:
                     covariance[a, b] = covariance[b, a] = setup_sd[a] * setup_sd[b]
         whiten = np.linalg.inv(np.linalg.cholesky(covariance + 1e-12 * np.diag(variance)))
-    return Evidence(case, mean, np.sqrt(variance), whiten, dof, chi2, chi2_dof, tuple(warnings))
+    return Evidence(
+        case,
+        mean,
+        np.sqrt(variance),
+        whiten,
+        dof,
+        chi2,
+        chi2_dof,
+        tuple(warnings),
+        tuple(map(int, number)),
+        tuple(group_dof),
+    )
 
 
 def _stated(cell: list[Measurement]) -> float:
@@ -169,10 +196,11 @@ def _stated(cell: list[Measurement]) -> float:
 
 def _steadied(mean: np.ndarray, sd: np.ndarray, dof: np.ndarray) -> np.ndarray:
     """Stated sds of few readings each are estimates: pooled where they agree with one another, else as stated."""
-    smooth = pooled_sd(mean, sd, np.maximum(dof, 0.0))
+    spreads = np.ptp(np.log(sd) - 0.5 * np.log(_shapes(mean)), axis=1)
+    if spreads.min() < 0.05 or (dof <= 0).any():
+        return sd  # stated by a rule, not found from each row's readings
+    smooth = pooled_sd(mean, sd, dof)
     ratio = sd / smooth
-    if np.ptp(np.log(ratio)) < 0.05 or (dof <= 0).any():
-        return sd
     bartlett = float((-dof * np.log(ratio**2)).sum())
     spread = len(sd) - 1
     correction = 1 + ((1 / dof).sum() - 1 / dof.sum()) / (3 * spread)

@@ -113,7 +113,8 @@ def _row(
     rig = catalogue.rig(cells["rig"], f"{where}: ")
     if cells["observable"] not in rig.observables:
         raise InputError(
-            f"{where}: rig {rig.name} has no observable {cells['observable']!r}{nearest(cells['observable'], rig.observables)}"
+            f"{where}: rig {rig.name} has no observable {cells['observable']!r}"
+            f"{nearest(cells['observable'], rig.observables)}"
         )
     conditions = {name: float(quantity["default"]) for name, quantity in rig.conditions.items()}
     known = {}

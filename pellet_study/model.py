@@ -122,7 +122,10 @@ class Model:
         self.acting = {rig: catalogue.acting(rig) for rig in rigs}
         acting = {e for names in self.acting.values() for e in names}
         self.effects = [e for e in catalogue.effects if e in acting]
-        self.names = [*self.parameters, *(f"{e}.{p}" for e in self.effects for p in catalogue.effects[e].parameters)]
+        self.names = [
+            *self.parameters,
+            *(f"{e}.{p}" for e in self.effects for p in catalogue.effects[e].parameters),
+        ]
         self.column = {name: k for k, name in enumerate(self.names)}
         self._amount = {e: self.column[f"{e}.{catalogue.effects[e].amount}"] for e in self.effects}
         self._absent = {e: catalogue.effects[e].neutral()[catalogue.effects[e].amount] for e in self.effects}

@@ -1,36 +1,48 @@
-"""Imports go one way: from what measures and simulates to what reports, never back."""
+"""Imports of model criticism go one way: a module imports only what stands before it."""
 
 import ast
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
-ORDER = ["errors", "paper", "quadratic", "yade", "rigs", "store", "dispatch", "bench", "convergence", "law_checks",
-         "figures", "bench_report", "commands", "__main__"]  # fmt: skip
+import pellet_study
+from tests.make_study import command, folder
+
+ORDER = (
+    "errors catalogue measurements study model evidence calibrate compare diagnose refine pages answers figures "
+    "challenge commands"
+).split()
+PACKAGE = Path(pellet_study.__file__).resolve().parent
 
 
-def imported(file: Path, package: str) -> set[str]:
+def imported(file: Path) -> set[str]:
+    """First names below pellet_study that a file imports."""
     found = set()
-    for node in ast.walk(ast.parse(file.read_text(encoding="utf-8"))):
-        if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == package:
-            rest = node.module.split(".")[1:]
-            found |= {rest[0]} if rest else {alias.name for alias in node.names}
-        if isinstance(node, ast.Import):
-            found |= {alias.name.split(".")[1] for alias in node.names if alias.name.startswith(f"{package}.")}
+    for node in ast.walk(ast.parse(file.read_text())):
+        if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "pellet_study":
+            below = node.module.split(".")[1:2]
+            found |= set(below) if below else {alias.name for alias in node.names}
     return found
 
 
-def test_modules_import_only_what_stands_before_them():
-    for place, name in enumerate(ORDER):
-        file = ROOT / "pellet_study" / f"{name}.py"
-        if file.exists():
-            after = set(ORDER[place:]) - {name}
-            assert not imported(file, "pellet_study") & after, name
+def test_one_way():
+    for k, name in enumerate(ORDER):
+        path = PACKAGE / f"{name}.py"
+        for file in [path] if path.exists() else sorted((PACKAGE / name).glob("*.py")):
+            later = imported(file) & set(ORDER[k + 1 :])
+            assert not later, f"{file.name} imports {later}, which stand after it"
 
 
-def test_yade_scripts_know_nothing_of_the_package():
-    for file in (ROOT / "yade_scripts").rglob("*.py"):
-        assert "pellet_study" not in {
-            (node.module or "").split(".")[0]
-            for node in ast.walk(ast.parse(file.read_text(encoding="utf-8")))
-            if isinstance(node, ast.ImportFrom)
-        }, file
+def test_closed_forms_do_without_heavy_libraries(tmp_path):
+    import subprocess
+    import sys
+
+    code = (
+        "import sys, pellet_study.refine, pellet_study.answers\n"
+        "assert not {'pandas', 'statsmodels', 'matplotlib'} & set(sys.modules)\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)
+
+
+def test_a_rig_that_cannot_be_reached_ends_with_3(tmp_path, capsys):
+    study = folder(tmp_path, ["rig,observable,value,drop_height_mm", "rebound,rebound_height_mm,8,120"])
+    status, _ = command("compare", study)
+    assert status == 3 and "rebound" in capsys.readouterr().err

@@ -11,25 +11,50 @@ RIG = {
     "name": "layer_on_incline",
     "parameters": {
         "internal_friction": {
-            "default": 0.5, "min": 0.0, "max": 3.0, "unit": "1", "meaning": "tangent of the angle of internal friction, mu",
+            "default": 0.5,
+            "min": 0.0,
+            "max": 3.0,
+            "unit": "1",
+            "meaning": "tangent of the angle of internal friction, mu",
         },
     },
     "conditions": {
         "layer_height_mm": {
-            "default": 20.0, "min": 2.0, "max": 100.0, "positive": True, "unit": "mm", "meaning": "height across the layer, h",
+            "default": 20.0,
+            "min": 2.0,
+            "max": 100.0,
+            "positive": True,
+            "unit": "mm",
+            "meaning": "height across the layer, h",
         },
         "particle_diameter_mm": {
-            "default": 1.0, "min": 0.1, "max": 5.0, "positive": True, "unit": "mm", "meaning": "grain diameter, d",
+            "default": 1.0,
+            "min": 0.1,
+            "max": 5.0,
+            "positive": True,
+            "unit": "mm",
+            "meaning": "grain diameter, d",
         },
         "bulk_density_kg_m3": {
-            "default": 1400.0, "min": 200.0, "max": 5000.0, "positive": True, "unit": "kg/m3", "meaning": "bulk density, rho",
+            "default": 1400.0,
+            "min": 200.0,
+            "max": 5000.0,
+            "positive": True,
+            "unit": "kg/m3",
+            "meaning": "bulk density, rho",
         },
         "channel_width_mm": {
-            "default": 100.0, "min": 10.0, "max": 1000.0, "positive": True, "unit": "mm", "meaning": "width between side walls, W",
+            "default": 100.0,
+            "min": 10.0,
+            "max": 1000.0,
+            "positive": True,
+            "unit": "mm",
+            "meaning": "width between side walls, W",
         },
     },
     "observables": {"slip_angle_deg": "angle at which the layer starts to slide, a"},
-}  # fmt: skip
+    "readable": {"slip_angle_deg": (0.0, 80.0)},
+}
 
 GRAVITY = 9.81  # m/s2
 BISECTIONS = 22
@@ -52,7 +77,9 @@ def predict(parameters, conditions, effects):
     if not effects:
         return {"slip_angle_deg": np.degrees(np.arctan(friction + 0 * weight))}
     shape = np.broadcast_shapes(
-        np.shape(friction), np.shape(weight), *(np.shape(v) for _, values in effects.values() for v in values.values())
+        np.shape(friction),
+        np.shape(weight),
+        *(np.shape(v) for _, values in effects.values() for v in values.values()),
     )
     low, high = np.zeros(shape), np.full(shape, np.pi / 2 - 1e-9)
     for _ in range(BISECTIONS):

@@ -4,16 +4,25 @@ RIG = {
     "name": "shear_cell",
     "parameters": {
         "internal_friction": {
-            "default": 0.5, "min": 0.0, "max": 3.0, "unit": "1", "meaning": "tangent of the angle of internal friction, mu",
+            "default": 0.5,
+            "min": 0.0,
+            "max": 3.0,
+            "unit": "1",
+            "meaning": "tangent of the angle of internal friction, mu",
         },
     },
     "conditions": {
         "normal_stress_pa": {
-            "default": 1000.0, "min": 100.0, "max": 10000.0, "positive": True, "unit": "Pa", "meaning": "normal stress, sigma",
+            "default": 1000.0,
+            "min": 100.0,
+            "max": 10000.0,
+            "positive": True,
+            "unit": "Pa",
+            "meaning": "normal stress, sigma",
         },
     },
     "observables": {"shear_stress_pa": "shear stress at yield, tau"},
-}  # fmt: skip
+}
 
 
 def predict(parameters, conditions, effects):

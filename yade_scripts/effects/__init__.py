@@ -1,4 +1,6 @@
-"""Physical effects a model may lack, one file each; read by both Pythons, so only the standard library and numpy at the top.
+"""Physical effects a model may lack, one file each.
+
+Both Pythons read these files, so they import only the standard library and numpy at the top.
 
 A file declares `EFFECT` and says what the effect does: `CLOSED_FORM` maps a closed-form rig to the function that acts
 in it. The first of an effect's parameters is its amount, which has a value that means absent; further ones give its

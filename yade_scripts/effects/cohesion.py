@@ -6,7 +6,11 @@ EFFECT = {
     "formula": "tau = mu sigma + c",
     "parameters": {
         "cohesive_stress_pa": {
-            "absent": 0.0, "min": 0.0, "max": 20000.0, "physical": (0.0, 5000.0), "unit": "Pa",
+            "absent": 0.0,
+            "min": 0.0,
+            "max": 20000.0,
+            "physical": (0.0, 5000.0),
+            "unit": "Pa",
             "meaning": "shear stress carried at zero normal stress, c",
         },
     },
@@ -16,8 +20,8 @@ EFFECT = {
         "shear_cell": "the yield line does not pass through the origin",
     },
     "signature": "the apparent friction rises as the normal stress falls, like 1/stress, whatever the grain size",
-    "source": "Coulomb 1776; Nedderman 1992, Statics and Kinematics of Granular Materials, doi:10.1017/CBO9780511600043",
-}  # fmt: skip
+    "source": "Nedderman 1992, Statics and Kinematics of Granular Materials, doi:10.1017/CBO9780511600043",
+}
 
 
 def yield_stress(shear_pa, normal_pa, conditions, values):

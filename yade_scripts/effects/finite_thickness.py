@@ -8,19 +8,27 @@ EFFECT = {
     "formula": "tan a = mu + excess exp(-h / (decay d))",
     "parameters": {
         "excess_friction": {
-            "absent": 0.0, "min": 0.0, "max": 10.0, "physical": (0.0, 1.0), "unit": "1",
+            "absent": 0.0,
+            "min": 0.0,
+            "max": 10.0,
+            "physical": (0.0, 1.0),
+            "unit": "1",
             "meaning": "friction a vanishing layer has beyond a thick one, tan(theta_2) - tan(theta_1)",
         },
         "decay_diameters": {
-            "default": 3.0, "min": 1.0, "max": 30.0, "physical": (1.0, 10.0), "unit": "1",
+            "default": 3.0,
+            "min": 1.0,
+            "max": 30.0,
+            "physical": (1.0, 10.0),
+            "unit": "1",
             "meaning": "layer height, in grain diameters, over which the excess falls by e",
         },
     },
     "sides": 1,
     "rigs": {"layer_on_incline": "layers of some grain diameters hold to steeper angles, thick ones do not"},
-    "signature": "the angle rises exponentially as the layer thins, on the scale of the grain diameter, not of the stress",
+    "signature": "the angle rises exponentially as the layer thins, on the scale of the grain diameter",
     "source": "Pouliquen 1999, Physics of Fluids 11, 542, doi:10.1063/1.869928",
-}  # fmt: skip
+}
 
 
 def yield_stress(shear_pa, normal_pa, conditions, values):

@@ -6,7 +6,11 @@ EFFECT = {
     "formula": "tan a = mu + mu_w h / W",
     "parameters": {
         "wall_friction": {
-            "absent": 0.0, "min": 0.0, "max": 5.0, "physical": (0.0, 1.0), "unit": "1",
+            "absent": 0.0,
+            "min": 0.0,
+            "max": 5.0,
+            "physical": (0.0, 1.0),
+            "unit": "1",
             "meaning": "friction at the side walls times the ratio of sideways to normal stress, mu_w",
         },
     },
@@ -14,7 +18,7 @@ EFFECT = {
     "rigs": {"layer_on_incline": "high layers in a narrow channel hold to steeper angles"},
     "signature": "the angle rises with the layer's height over the channel's width",
     "source": "Taberlet et al. 2003, Physical Review Letters 91, 264301, doi:10.1103/PhysRevLett.91.264301",
-}  # fmt: skip
+}
 
 
 def yield_stress(shear_pa, normal_pa, conditions, values):

@@ -6,8 +6,12 @@ EFFECT = {
     "formula": "tau = mu (sigma / sigma_median)^-n sigma",
     "parameters": {
         "stress_exponent": {
-            "absent": 0.0, "min": 0.0, "max": 1.0, "physical": (0.0, 1 / 3), "unit": "1",
-            "meaning": "exponent n; 1/3 is a smooth elastic (Hertz) contact; sigma_median is the median of the study's rows",
+            "absent": 0.0,
+            "min": 0.0,
+            "max": 1.0,
+            "physical": (0.0, 1 / 3),
+            "unit": "1",
+            "meaning": "exponent n, 1/3 for a smooth Hertz contact; sigma_median is that of the study's rows",
         },
     },
     "sides": 1,
@@ -17,7 +21,7 @@ EFFECT = {
     },
     "signature": "the apparent friction falls as a small power of the normal stress",
     "source": "Archard 1957, Proceedings of the Royal Society A 243, 190, doi:10.1098/rspa.1957.0214",
-}  # fmt: skip
+}
 
 
 def yield_stress(shear_pa, normal_pa, conditions, values):

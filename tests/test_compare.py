@@ -1,0 +1,166 @@
+"""compare: numbers against answers known beforehand, and conclusions no stronger than the data."""
+
+import math
+
+import numpy as np
+import pytest
+
+from pellet_study import catalogue
+from pellet_study.closed_form import layer_on_incline
+from pellet_study.compare import compare
+from pellet_study.evidence import pooled_sd
+from pellet_study.study import load
+from tests.make_study import STRESSES_PA, command, folder, incline, slip_angle_deg
+
+KEYS = {
+    "parameters",
+    "chi2",
+    "dof",
+    "lack_of_fit_p",
+    "rms_error",
+    "rms_error_unit",
+    "holdout_rms_error",
+    "rows",
+}
+
+
+@pytest.mark.parametrize("c", [0.0, 30.0, 120.0])
+def test_incline_against_the_explicit_solution(c):
+    effect = catalogue.standard().effects["cohesion"]
+    conditions = {"layer_height_mm": np.array([10.0, 25.0, 60.0]), "bulk_density_kg_m3": 1400.0}
+    acting = {
+        "cohesion": catalogue.Acting(effect.closed_form["layer_on_incline"], {"cohesive_stress_pa": np.array([[c]])})
+    }
+    angle = layer_on_incline.predict({"internal_friction": np.array([[0.4]])}, conditions, acting)["slip_angle_deg"][0]
+    assert angle == pytest.approx([slip_angle_deg(h, 0.4, c) for h in (10.0, 25.0, 60.0)], abs=1e-6)
+
+
+@pytest.mark.parametrize("name", ["cohesion", "finite_thickness", "side_wall_friction", "stress_dependent_friction"])
+def test_an_effect_absent_is_not_there_and_grows_from_zero(name):
+    standard = catalogue.standard()
+    effect = standard.effects[name]
+    for rig, act in effect.closed_form.items():
+        declared = standard.rigs[rig]
+        conditions = {c: np.array([q["default"], 2 * q["default"]]) for c, q in declared.conditions.items()}
+        conditions["median_normal_stress_pa"] = 700.0
+        parameters = {"internal_friction": np.array([[0.5]])}
+
+        def angles(amount, rig=rig, act=act, conditions=conditions, parameters=parameters):
+            values = {**effect.neutral(), effect.amount: np.array([[amount]])}
+            return next(
+                iter(standard.rigs[rig].predict(parameters, conditions, {name: catalogue.Acting(act, values)}).values())
+            )
+
+        bare = next(iter(declared.predict(parameters, conditions, {}).values()))
+        assert angles(0.0) == pytest.approx(np.broadcast_to(bare, (1, 2)), rel=1e-9)
+        high = effect.parameters[effect.amount]["physical"][1]
+        small = np.abs(angles(1e-6 * high) - bare).max()
+        assert small < 1e-3 * max(np.abs(bare).max(), 1)
+
+
+def test_shear_cell_slope_is_weighted_least_squares(tmp_path):
+    tau = [260.0, 500.0, 980.0, 2050.0, 4010.0]
+    lines = ["rig,observable,value,normal_stress_pa,sd,n"]
+    lines += [f"shear_cell,shear_stress_pa,{t},{s},20,4" for s, t in zip(STRESSES_PA, tau, strict=True)]
+    found = compare(load(folder(tmp_path, lines)))
+    sigma, tau = np.array(STRESSES_PA), np.array(tau)
+    mu = (sigma * tau).sum() / (sigma**2).sum()
+    assert found.parameters["internal_friction"] == pytest.approx(mu, rel=1e-6)
+    assert found.chi2 == pytest.approx((((tau - mu * sigma) / 10) ** 2).sum(), rel=1e-6)
+    assert found.dof == 4
+    assert found.rows[0].z == pytest.approx((tau[0] - mu * sigma[0]) / 10, rel=1e-6)
+    assert found.rms_error == pytest.approx(np.sqrt(np.mean((tau - mu * sigma) ** 2)), rel=1e-6)
+    assert found.rms_error_unit == "pa"
+
+
+def test_shared_setup_is_generalised_least_squares(tmp_path):
+    lines = ["rig,observable,value,normal_stress_pa,sd,setup,setup_sd"]
+    tau, groups = [260.0, 500.0, 980.0, 2050.0, 4010.0], "aabbb"
+    lines += [f"shear_cell,shear_stress_pa,{t},{s},20,{g},50" for s, t, g in zip(STRESSES_PA, tau, groups, strict=True)]
+    found = compare(load(folder(tmp_path, lines)))
+    same = np.array([[a == b for b in groups] for a in groups])
+    inverse = np.linalg.inv(400 * np.eye(5) + 2500 * same)
+    x, y = np.array(STRESSES_PA), np.array(tau)
+    mu = (x @ inverse @ y) / (x @ inverse @ x)
+    assert found.parameters["internal_friction"] == pytest.approx(mu, rel=1e-5)
+
+
+def test_where_it_fails_is_said_in_words(tmp_path):
+    status, answer = command("compare", incline(tmp_path, c=60.0), json_file=tmp_path / "answer.json")
+    assert status == 0 and set(answer) >= KEYS
+    assert answer["lack_of_fit_p"] < 0.001 and not answer["fits"]
+    worst = answer["where"][0]
+    assert (worst["parameter"], worst["condition"]) == ("internal_friction", "layer_height_mm")
+    assert worst["z"] < -5 and "would have to fall with layer_height_mm" in worst["words"]
+    assert set(answer["rows"][0]) == {
+        "rig",
+        "observable",
+        "conditions",
+        "value",
+        "predicted",
+        "residual",
+        "z",
+        "split",
+    }
+
+
+def test_coulomb_alone_fits_coulomb(tmp_path):
+    found = compare(load(incline(tmp_path)))
+    assert found.fits and found.lack_of_fit_p > 0.05
+    low, high = found.intervals["internal_friction"]
+    assert low < 0.5 < high and high - low < 0.02
+
+
+def test_without_sd_and_replicates_fit_quality_is_unknown(tmp_path):
+    found = compare(load(incline(tmp_path, repeats=1)))
+    assert found.chi2 is None and found.lack_of_fit_p is None
+    assert all(r.z is None for r in found.rows)
+    assert any("cannot be judged" in w for w in found.warnings)
+
+
+def test_contradictory_replicates_are_told(tmp_path):
+    lines = ["rig,observable,value,layer_height_mm,sd"]
+    lines += [f"layer_on_incline,slip_angle_deg,{26 + d},{h},0.1" for h in (10, 20, 40) for d in (-3, 0, 3)]
+    found = compare(load(folder(tmp_path, lines)))
+    assert any("contradict" in w for w in found.warnings)
+    assert found.lack_of_fit_p > 0.5
+
+
+def test_stuck_and_loose_parameters_are_named(tmp_path):
+    study = incline(tmp_path, mu=0.5)
+    (study / "study.toml").write_text("[parameters]\ninternal_friction = { value = 0.3, min = 0.1, max = 0.4 }\n")
+    found = compare(load(study))
+    assert found.at_bound == ("internal_friction",) and any("bound" in w for w in found.warnings)
+    lines = ["rig,observable,value,layer_height_mm,sd"] + [f"layer_on_incline,slip_angle_deg,30,20,{s}" for s in (1, 1)]
+    loose = compare(load(folder(tmp_path / "b", lines, "[effects]\ncohesion = {}\n")))
+    assert set(loose.not_identified) == {"internal_friction", "cohesion.cohesive_stress_pa"}
+
+
+@pytest.mark.parametrize(
+    "rows, word",
+    [
+        (["layer_on_incline,slip_angle_deg,30,20,holdout"] * 3, "held out"),
+        (["layer_on_incline,slip_angle_deg,30,20,fit"], "free parameters"),
+    ],
+)
+def test_too_little_to_fit(tmp_path, rows, word, capsys):
+    study = folder(tmp_path, ["rig,observable,value,layer_height_mm,split", *rows], "[effects]\ncohesion = {}\n")
+    status, _ = command("compare", study)
+    assert status == 2 and word in capsys.readouterr().err
+
+
+def test_held_out_rows_are_predicted_only(tmp_path):
+    lines = ["rig,observable,value,layer_height_mm,sd,split"]
+    lines += [f"layer_on_incline,slip_angle_deg,{slip_angle_deg(h, 0.5, 0):.4f},{h},0.5,fit" for h in (10, 20, 30)]
+    lines += ["layer_on_incline,slip_angle_deg,40,5,0.5,holdout"]
+    found = compare(load(folder(tmp_path, lines)))
+    assert found.dof == 2 and found.rms_error < 1e-3
+    assert found.holdout_rms_error == pytest.approx(40 - math.degrees(math.atan(0.5)), abs=1e-3)
+
+
+def test_pooled_sd_finds_proportional_noise():
+    rng = np.random.default_rng(3)
+    means = np.geomspace(1, 100, 40)
+    readings = means[:, None] * (1 + 0.05 * rng.standard_normal((40, 5)))
+    sd = pooled_sd(means, readings.std(axis=1, ddof=1), np.full(40, 4.0))
+    assert sd[means > 4] == pytest.approx(0.05 * means[means > 4], rel=0.15)

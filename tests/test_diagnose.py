@@ -1,0 +1,79 @@
+"""diagnose: what was put in is what is named; what the data cannot show is not claimed."""
+
+import numpy as np
+import pytest
+
+from pellet_study.diagnose import diagnose
+from pellet_study.study import load
+from tests.make_study import STRESSES_PA, command, folder, incline, slip_angle_deg
+
+
+def test_cohesion_is_named_with_its_size(tmp_path):
+    status, answer = command("diagnose", incline(tmp_path, c=40.0), json_file=tmp_path / "a.json")
+    assert status == 0 and answer["verdict"] in ("missing", "tied")
+    assert {"verdict", "ranking", "tied", "next_measurement"} <= set(answer)
+    best = answer["ranking"][0]
+    assert {"effect", "score", "p", "p_adjusted", "chi2_drop", "value"} <= set(best)
+    assert best["effect"] == "cohesion" and best["p_adjusted"] < 0.001
+    assert best["value"]["cohesive_stress_pa"] == pytest.approx(40.0, rel=0.2)
+    assert not (tmp_path / "study.toml").read_text().count("cohesion")
+
+
+def test_nothing_missing(tmp_path):
+    found = diagnose(load(incline(tmp_path)))
+    assert found.verdict == "adequate" and found.tied == () and found.next_measurement is None
+
+
+def test_ties_are_ties_and_the_next_measurement_separates_them(tmp_path):
+    study = incline(tmp_path, mu=0.45, c=0.0, sd=0.4, heights=(12.0, 16.0, 22.0))
+    lines = ["rig,observable,value,layer_height_mm"]
+    rng = np.random.default_rng(5)
+    for h in (12.0, 16.0, 22.0):
+        lines += [
+            f"layer_on_incline,slip_angle_deg,{slip_angle_deg(h, 0.45, 20.0) + 0.4 * e:.4f},{h}"
+            for e in rng.standard_normal(4)
+        ]
+    (study / "measurements.csv").write_text("\n".join(lines) + "\n")
+    found = diagnose(load(study))
+    assert found.verdict == "tied" and ("cohesion",) in found.tied and len(found.tied) > 1
+    proposal = found.next_measurement
+    assert set(proposal.predictions) == {" + ".join(t) for t in found.tied}
+    values = list(proposal.predictions.values())
+    spread = max(proposal.uncertainties.values())
+    assert max(values) - min(values) > 2 * spread
+
+
+def test_only_candidates_are_considered(tmp_path):
+    study = incline(tmp_path, c=40.0)
+    toml = study / "study.toml"
+    toml.write_text('candidates = ["side_wall_friction"]\n' + toml.read_text())
+    found = diagnose(load(study))
+    assert found.verdict == "unexplained" and [s.effect for s in found.ranking] == ["side_wall_friction"]
+    assert found.ranking[0].note == "wrong sign"
+
+
+def test_without_sd_the_residual_scatter_is_the_scale(tmp_path):
+    lines = ["rig,observable,value,normal_stress_pa"]
+    for k, s in enumerate((*STRESSES_PA, 300.0, 3000.0, 6000.0)):
+        lines.append(f"shear_cell,shear_stress_pa,{0.5 * s + 400 + 8 * (-1) ** k},{s}")
+    found = diagnose(load(folder(tmp_path, lines)))
+    assert found.comparison.chi2 is None
+    assert found.ranking[0].effect == "cohesion" and found.ranking[0].p_adjusted < 0.01
+    assert found.ranking[0].value["cohesive_stress_pa"] == pytest.approx(400, rel=0.05)
+
+
+def test_as_many_constants_as_cases_can_show_nothing(tmp_path):
+    lines = ["rig,observable,value,layer_height_mm,sd", "layer_on_incline,slip_angle_deg,30,20,1"]
+    found = diagnose(load(folder(tmp_path, lines)))
+    assert not found.missing and all(s.score is None for s in found.ranking)
+    assert any("no missing effect" in w for w in found.warnings)
+
+
+def test_holding_out_the_only_telling_level_weakens_the_answer(tmp_path):
+    lines = ["rig,observable,value,layer_height_mm,sd,split"]
+    for h, split in ((3.0, "holdout"), (60.0, "fit"), (70.0, "fit"), (80.0, "fit")):
+        lines += [f"layer_on_incline,slip_angle_deg,{slip_angle_deg(h, 0.5, 15.0):.4f},{h},0.5,{split}"] * 2
+    found = diagnose(load(folder(tmp_path, lines)))
+    assert found.verdict == "adequate"
+    cohesion = next(s for s in found.ranking if s.effect == "cohesion")
+    assert cohesion.smallest_visible is None or cohesion.smallest_visible > 15.0
