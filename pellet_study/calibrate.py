@@ -16,7 +16,7 @@ from pellet_study.evidence import Evidence
 from pellet_study.model import Model
 
 ROUNDS = 40
-SETTLED = 1e-5  # change of chi2, on a scale where 1 is one standard error squared
+SETTLED = 3e-4  # change of chi2, on a scale where 1 is one standard error squared
 
 
 @dataclass(frozen=True)
@@ -155,7 +155,9 @@ def problem_of(model: Model, extra_starts: int = 3, point: np.ndarray | None = N
     high = np.array([s.high for _, s in free])
     first = np.array([(model.base if point is None else point)[c] for c, _ in free])
     golden = (np.arange(1, extra_starts + 1)[:, None] * (0.6180339887 + 0.3 * np.arange(len(free)))) % 1.0
-    for k, (column, _) in enumerate(free):  # an effect's amount can be of any order of magnitude below its limit
+    for k, (column, _) in enumerate(
+        free
+    ):  # an effect's amount can be of any order of magnitude below its limit
         if column in model.amounts:
             golden[:, k] = 10.0 ** -np.arange(1, extra_starts + 1)
             golden[:, k] += -low[k] / (high[k] - low[k]) if low[k] < 0 else 0.0

@@ -27,7 +27,7 @@ class Rig:
     """What turns cases into observables.
 
     `parameters` and `conditions` map names to {default, min, max, unit, meaning}; `predict` is None on YADE, where
-    `effects` names the effects the rig's script knows.
+    `effects` names the effects the rig's script knows. `readable` bounds what can be read of an observable.
     """
 
     name: str
@@ -38,6 +38,7 @@ class Rig:
     predict: Callable | None = None
     normal_stress: Callable | None = None
     effects: tuple[str, ...] = ()
+    readable: Mapping = field(default_factory=dict)
 
 
 @dataclass(frozen=True)
@@ -108,7 +109,9 @@ def _load(file: Path):
     try:
         spec.loader.exec_module(module)
     except Exception as error:
-        raise InputError(f"{file}: cannot be read as a rig or an effect: {type(error).__name__}: {error}") from error
+        raise InputError(
+            f"{file}: cannot be read as a rig or an effect: {type(error).__name__}: {error}"
+        ) from error
     return module
 
 
@@ -129,6 +132,7 @@ def rig_from(module, file: Path | None = None) -> Rig:
         predict=getattr(module, "predict", None),
         normal_stress=getattr(module, "normal_stress", None),
         effects=tuple(declared.get("effects", ())),
+        readable=declared.get("readable", {}),
     )
 
 
@@ -151,7 +155,9 @@ def effect_from(module, file: Path | None = None) -> Effect:
             raise InputError(f"{file}: parameter {name} lacks {', '.join(absent)}")
         low, high = quantity.get("physical", (quantity["min"], quantity["max"]))
         if not quantity["min"] <= low < high <= quantity["max"]:
-            raise InputError(f"{file}: parameter {name}: expected min <= physical range <= max, got {quantity}")
+            raise InputError(
+                f"{file}: parameter {name}: expected min <= physical range <= max, got {quantity}"
+            )
     return Effect(
         **{key: declared[key] for key in wanted},
         closed_form=getattr(module, "CLOSED_FORM", {}),
@@ -170,7 +176,9 @@ def _declaring(folder: Path, what: str) -> list[Path]:
 @cache
 def standard() -> Catalogue:
     """The rigs and effects that come with the package."""
-    rigs = [rig_from(importlib.import_module(f"yade_scripts.{f.stem}"), f) for f in _declaring(SCRIPTS, "RIG")]
+    rigs = [
+        rig_from(importlib.import_module(f"yade_scripts.{f.stem}"), f) for f in _declaring(SCRIPTS, "RIG")
+    ]
     rigs += [
         rig_from(importlib.import_module(f"pellet_study.closed_form.{f.stem}"), f)
         for f in _declaring(CLOSED_FORM, "RIG")
@@ -179,7 +187,9 @@ def standard() -> Catalogue:
         effect_from(importlib.import_module(f"yade_scripts.effects.{f.stem}"), f)
         for f in _declaring(SCRIPTS / "effects", "EFFECT")
     ]
-    return Catalogue({rig.name: rig for rig in rigs}, {e.name: e for e in sorted(effects, key=lambda e: e.order)})
+    return Catalogue(
+        {rig.name: rig for rig in rigs}, {e.name: e for e in sorted(effects, key=lambda e: e.order)}
+    )
 
 
 def of_study(folder: Path) -> Catalogue:

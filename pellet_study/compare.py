@@ -8,22 +8,23 @@ residual; significance of the largest over all directions by Monte Carlo.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import cache
 
 import numpy as np
 from scipy import stats
 
 from pellet_study import evidence as readings
-from pellet_study.calibrate import Fit, Problem, fit, problem_of
+from pellet_study.calibrate import Fit, fit, problem_of
 from pellet_study.evidence import Evidence
 from pellet_study.measurements import Measurement
-from pellet_study.model import Case, Model, key, refuse_too_few
+from pellet_study.model import Model, key, refuse_too_few
 from pellet_study.study import Study
 
 DRAWS = 5_000
 SEED = 20260101
-LACK_OF_FIT = 0.005
-DRIFT = 0.005
+LACK_OF_FIT = 0.004
+DRIFT = 0.004
 VISIBLE = 0.03  # share of a direction that must survive the calibration to be tested
 IDENTIFIED = 0.5  # a constant is identified where its 95 % interval is narrower than this share of its range
 
@@ -73,6 +74,7 @@ class Comparison:
     holdout_rms_error: float | None
     rms_error_unit: str
     warnings: tuple[str, ...]
+    level_out_rms_error: dict[str, float] | None = None
 
     @property
     def fits(self) -> bool:
@@ -92,8 +94,12 @@ class Calibrated:
     fit: Fit
 
 
-def calibrate(study: Study, model: Model | None = None) -> Calibrated:
+def calibrate(
+    study: Study, model: Model | None = None, evidence: Evidence | None = None, extra_starts: int = 3
+) -> Calibrated:
     """Fit a study's free constants to its rows of split `fit`.
+
+    `evidence` may be that of another model of the same rows, which need not be gathered again.
 
     Raises
     ------
@@ -101,9 +107,10 @@ def calibrate(study: Study, model: Model | None = None) -> Calibrated:
     """
     rows = [row for row in study.rows if row.split == "fit"]
     model = model or Model(study)
-    problem = problem_of(model)
+    problem = problem_of(model, extra_starts)
     refuse_too_few(len(rows), len(problem.free))
-    evidence = with_simulator_noise(readings.gather(model, rows), model)
+    if evidence is None:
+        evidence = with_simulator_noise(readings.gather(model, rows), model)
     return Calibrated(study, model, evidence, fit(model, evidence, problem))
 
 
@@ -112,10 +119,12 @@ def with_simulator_noise(evidence: Evidence, model: Model) -> Evidence:
     spread = model.predict(model.base).variance[0, evidence.case]
     if not spread.any():
         return evidence
-    from dataclasses import replace
-
     sd = np.sqrt(evidence.sd**2 + spread)
-    whiten = evidence.whiten * evidence.sd / sd if evidence.whiten.ndim == 1 else evidence.whiten * (evidence.sd / sd)
+    whiten = (
+        evidence.whiten * evidence.sd / sd
+        if evidence.whiten.ndim == 1
+        else evidence.whiten * (evidence.sd / sd)
+    )
     return replace(evidence, sd=sd, whiten=whiten)
 
 
@@ -124,6 +133,15 @@ def lack_of_fit(chi2: float, dof: int, evidence: Evidence) -> float | None:
     if not evidence.scale_known or dof <= 0:
         return None
     return float(stats.f.sf(chi2 / dof, dof, evidence.dof))
+
+
+def lack_of_fit_in(fitted: Fit, mine: np.ndarray, evidence: Evidence) -> float | None:
+    """The same over some of the cells, whose degrees of freedom are their count less their leverages."""
+    basis = absorbed(fitted.jacobian)
+    dof = mine.sum() - (basis[mine] ** 2).sum()
+    if not evidence.scale_known or dof < 0.5:
+        return None
+    return float(stats.f.sf((fitted.residual[mine] ** 2).sum() / dof, dof, evidence.dof))
 
 
 def absorbed(jacobian: np.ndarray) -> np.ndarray:
@@ -141,30 +159,38 @@ def visible(directions: np.ndarray, basis: np.ndarray) -> np.ndarray:
     return directions - (directions @ basis) @ basis.T
 
 
-_GAUSSIAN: dict[tuple[int, int], np.ndarray] = {}
+@cache
+def _noise(columns: int) -> np.ndarray:
+    """Standard normal draws, (DRAWS, columns); the same for every test, so that an answer does not depend on what ran before."""
+    return np.random.default_rng(SEED).standard_normal((DRAWS, columns))
 
 
-def largest_null(unit: np.ndarray, dof: float, two_sided: bool, draws: int = DRAWS) -> np.ndarray:
-    """Draws of the largest of several unit directions' scores over noise whose scale is known with `dof`.
+@cache
+def _chisquare(dof: int, stream: int) -> np.ndarray:
+    """chi2 draws, (DRAWS,)."""
+    return np.random.default_rng(SEED + stream).chisquare(dof, DRAWS) if dof > 0 else np.zeros(DRAWS)
+
+
+def largest_null(unit: np.ndarray, dof: int, evidence: Evidence, two_sided: bool) -> np.ndarray:
+    """Sorted draws of the largest of several directions' scores, scaled as `scale_of` does, over readings that hide nothing.
 
     Parameters
     ----------
-    unit : (k, n) unit vectors
+    unit : (k, n) unit vectors, free of what the calibration absorbs
+    dof : cells less free parameters
     """
-    rng = np.random.default_rng(SEED)
     values, vectors = np.linalg.eigh(unit @ unit.T)
-    root = vectors * np.sqrt(np.maximum(values, 0))
-    gaussian = _GAUSSIAN.get((draws, len(unit)))
-    if gaussian is None:
-        gaussian = _GAUSSIAN[draws, len(unit)] = rng.standard_normal((draws, len(unit)))
-    z = gaussian @ root.T
+    real = values > 1e-9 * max(values.max(), 1e-300)
+    noise = _noise(int(real.sum()))
+    z = noise @ (vectors[:, real] * np.sqrt(values[real])).T
     largest = (np.abs(z) if two_sided else z).max(axis=1)
-    if np.isfinite(dof):
-        scale = _GAUSSIAN.get((draws, -int(dof)))
-        if scale is None:
-            scale = np.sqrt(np.random.default_rng(SEED + 1).chisquare(dof, draws) / dof)
-            _GAUSSIAN[draws, -int(dof)] = scale
-        largest = largest / scale
+    whole = (noise**2).sum(axis=1) + _chisquare(max(dof - int(real.sum()), 0), 1)
+    if evidence.scale_known:
+        spread = np.sqrt(_chisquare(int(max(evidence.dof, 1)), 2) / max(evidence.dof, 1))
+        largest, whole = largest / spread, whole / spread**2
+    if dof > 1:
+        ratio = np.sqrt(np.maximum(whole - np.maximum(largest, 0) ** 2, 0) / (dof - 1))
+        largest = largest / (np.maximum(ratio, 1.0) if evidence.scale_known else np.maximum(ratio, 1e-12))
     return np.sort(largest)
 
 
@@ -187,10 +213,13 @@ def scale_of(chi2: float, largest: float, dof: int, evidence: Evidence) -> tuple
     return max(float(ratio), 1e-12), float(dof - 1)
 
 
-def drifts(state: Calibrated) -> tuple[Drift, ...]:
-    """Constancy of every calibrated constant over every condition, the worst first."""
+def drifts(state: Calibrated, rigs: frozenset[str] | None = None) -> tuple[Drift, ...]:
+    """Constancy of every calibrated constant over every condition (of some rigs), the worst first."""
     names = [state.model.names[c] for c in state.fit.problem.free]
     labels, directions = drift_directions(state.model, state.evidence, state.fit, names)
+    if rigs is not None and labels:
+        inside = [k for k, label in enumerate(labels) if label[1] in rigs]
+        labels, directions = [labels[k] for k in inside], directions[inside]
     if not labels:
         return ()
     basis = absorbed(state.fit.jacobian)
@@ -202,13 +231,18 @@ def drifts(state: Calibrated) -> tuple[Drift, ...]:
     unit = seen[keep] / size[keep, None]
     z = unit @ state.fit.residual
     dof = len(state.evidence.case) - basis.shape[1]
-    scale, known = scale_of(state.fit.chi2, float(np.abs(z).max()), dof, state.evidence)
+    scale, _ = scale_of(state.fit.chi2, float(np.abs(z).max()), dof, state.evidence)
     if not np.isfinite(scale):
         return ()
-    null = largest_null(unit, known, two_sided=True)
+    null = largest_null(unit, dof, state.evidence, two_sided=True)
     kept = [label for label, k in zip(labels, keep, strict=True) if k]
     found = [
+<<<<<<< HEAD
         Drift(*label, z=float(v / scale), p=exceedance(null, abs(v) / scale)) for label, v in zip(kept, z, strict=True)
+=======
+        Drift(*label, z=float(v / scale), p=exceedance(null, abs(v) / scale))
+        for label, v in zip(kept, z, strict=True)
+>>>>>>> effects
     ]
     return tuple(sorted(found, key=lambda d: -abs(d.z)))
 
@@ -251,8 +285,8 @@ def drift_directions(model: Model, evidence: Evidence, fitted: Fit, names: Seque
     return labels, np.array(directions)
 
 
-def compare(study: Study, state: Calibrated | None = None) -> Comparison:
-    """Calibrate a study's present model and look at what is left."""
+def compare(study: Study, state: Calibrated | None = None, level_out: bool = False) -> Comparison:
+    """Calibrate a study's present model and look at what is left; `level_out` also refits without each level."""
     state = state or calibrate(study)
     model, evidence, fitted = state.model, state.evidence, state.fit
     names = [model.names[c] for c in fitted.problem.free]
@@ -311,6 +345,7 @@ def compare(study: Study, state: Calibrated | None = None) -> Comparison:
         holdout_rms_error=rms("holdout"),
         rms_error_unit=unit,
         warnings=tuple(warnings),
+        level_out_rms_error=level_out_errors(state) if level_out else None,
     )
 
 
@@ -424,16 +459,62 @@ def reading_sd(study: Study, model: Model) -> list[float | None]:
             spread = spread if spread > 0 else None
         if spread is None:
             others = [
+<<<<<<< HEAD
                 r.sd for r in study.rows if (r.rig, r.observable) == (row.rig, row.observable) and r.sd is not None
+=======
+                r.sd
+                for r in study.rows
+                if (r.rig, r.observable) == (row.rig, row.observable) and r.sd is not None
+>>>>>>> effects
             ]
             spread = float(np.sqrt(np.mean(np.square(others)))) if others else None
         found.append(spread)
     return found
 
 
-def predictions_at(model: Model, cases: Sequence[Case], points: np.ndarray) -> np.ndarray:
-    """Predicted means of a study's model at other cases, (points, cases)."""
-    return Model(model.study, cases, model.engines).predict(points).mean
+def level_out_errors(state: Calibrated) -> dict[str, float]:
+    """Error on rows that a fit has not seen: each level of a condition kept back in turn, `rig.condition` -> rms.
+
+    Unweighted, in the observable's unit; for conditions with at least three levels, where enough cells stay to fit.
+    """
+    model, evidence = state.model, state.evidence
+    if model.step >= 1e-3:
+        return {}  # refits on a simulator cost too much for a side remark
+    rows = [row for row in state.study.rows if row.split == "fit"]
+    place = {key(case): k for k, case in enumerate(model.cases)}
+    cells = [model.cases[c] for c in evidence.case]
+    found = {}
+    for rig in dict.fromkeys(cell.rig for cell in cells):
+        for condition in next(cell for cell in cells if cell.rig == rig).conditions:
+            level = np.array([cell.conditions[condition] if cell.rig == rig else np.nan for cell in cells])
+            levels = np.unique(level[~np.isnan(level)])
+            if len(levels) < 3 or len({row.observable for row in rows if row.rig == rig}) > 1:
+                continue
+            errors = []
+            for left_out in levels:
+                kept = level != left_out
+                if kept.sum() < max(1, len(state.fit.problem.free)):
+                    break
+                fitted = fit(model, part_of(evidence, kept), problem_of(model, 2, state.fit.point))
+                mean = model.predict(fitted.point).mean[0]
+                errors += [
+                    row.value - mean[place[key(row)]]
+                    for row in rows
+                    if row.rig == rig and row.conditions[condition] == left_out
+                ]
+            else:
+                found[f"{rig}.{condition}"] = float(np.sqrt(np.mean(np.square(errors))))
+    return found
 
 
-__all__ = ["Calibrated", "Comparison", "Drift", "Problem", "calibrate", "compare", "drifts"]
+def part_of(evidence: Evidence, kept: np.ndarray) -> Evidence:
+    """Evidence from some of the cells."""
+    whiten = evidence.whiten
+    if whiten.ndim == 1:
+        whiten = whiten[kept]
+    else:
+        covariance_of_cells = np.linalg.inv(whiten.T @ whiten)[np.ix_(kept, kept)]
+        whiten = np.linalg.inv(np.linalg.cholesky(covariance_of_cells))
+    return replace(
+        evidence, case=evidence.case[kept], mean=evidence.mean[kept], sd=evidence.sd[kept], whiten=whiten
+    )

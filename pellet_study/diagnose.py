@@ -11,7 +11,7 @@
    (Buzzi-Ferraris & Forzatti 1983, doi:10.1016/0009-2509(83)80012-8; Box & Hill 1967, doi:10.2307/1266318).
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, replace
 from itertools import combinations, product
 
@@ -30,23 +30,24 @@ from pellet_study.compare import (
     drifts,
     exceedance,
     lack_of_fit,
+    lack_of_fit_in,
     largest_null,
     reading_sd,
     scale_of,
-    visible,
 )
 from pellet_study.model import Case, Model
 from pellet_study.study import Study
 
 GATE = 0.04  # for the first effect; lack of fit and drift spend the rest of 5 %
-GATE_AGAIN = 0.01  # for each further one
-LEFT_OVER = 0.01  # lack of fit or drift that an explanation may not leave
+GATE_AGAIN = 0.004  # for each further one
+LEFT_OVER = 0.008  # p of lack of fit or drift that an explanation may not leave in the rigs where it acts
+LEFT_OVERALL = 0.003  # p of lack of fit that it may not leave over all rigs
 TIE = 4.0  # chi2 within which rivals explain alike
 PAIR_GAIN = 9.0  # chi2 by which a pair must beat a single effect that explains
 PAIRS_REFITTED = 14
 STEP = 3.0  # standard errors, the size at which signatures are taken
 PLAUSIBLE = 4.0  # chi2 by which a fit beyond the physical range must be better to be called implausible
-LEVELS = 7  # per condition, of the measurements that could come next
+LEVELS = 9  # per condition, of the measurements that could come next
 SEPARATES = 4.0
 
 
@@ -141,7 +142,9 @@ def diagnose(
     found = signatures(state, names, basis)
     shown = [s for s in found if s.visible_share >= VISIBLE and s.length >= 1.0]
     if dof < 1 or (dof < 2 and not evidence.scale_known):
-        warnings.append("too few different cases beyond the free parameters: no effect can be shown by these data")
+        warnings.append(
+            "too few different cases beyond the free parameters: no effect can be shown by these data"
+        )
         ranking = tuple(_unjudged(state, name, found) for name in names)
         return Diagnosis(
             "adequate" if comparison.fits else "unexplained",
@@ -159,14 +162,14 @@ def diagnose(
         unit = np.array([s.unit for s in shown])
         scores = unit @ fitted.residual
         scale, known = scale_of(fitted.chi2, float(max(scores.max(), 0.0)), dof, evidence)
-        null = largest_null(unit, known, two_sided=False)
+        null = largest_null(unit, dof, evidence, two_sided=False)
         gate_p = exceedance(null, scores.max() / scale)
     open_gate = gate_p is not None and gate_p < gate
     if not names:
         warnings.append("no absent effect acts in the rigs used: there is nothing to rank")
     singles, beyond = refits(state, names, shown, scores) if shown else ({}, {})
     needed = open_gate or not comparison.fits
-    rivals = judge(state, singles.values(), known) if needed else [Rival(k, f, False) for k, f in singles.items()]
+    rivals = judge(state, singles.values()) if needed else [Rival(k, f, False) for k, f in singles.items()]
     ranking = _ranking(state, names, found, shown, scores / scale, null, known, rivals, beyond)
     plausible = {s.effect for s in ranking if not s.note}
     verdict, chosen = "adequate", []
@@ -174,7 +177,11 @@ def diagnose(
         verdict = "unexplained"
         if open_gate:
             chosen = explanations(
+<<<<<<< HEAD
                 state, [r for r in rivals if set(r.effects) <= plausible], shown, scores, known, plausible
+=======
+                state, [r for r in rivals if set(r.effects) <= plausible], shown, scores, plausible
+>>>>>>> effects
             )
     missing: tuple[str, ...] = ()
     tied: tuple[tuple[str, ...], ...] = ()
@@ -182,7 +189,9 @@ def diagnose(
         verdict, missing = "missing", chosen[0].effects
     elif len(chosen) > 1:
         verdict, tied = "tied", tuple(r.effects for r in chosen)
-    rest = sorted((r for r in rivals if r.effects not in {c.effects for c in chosen}), key=lambda r: r.fit.chi2)
+    rest = sorted(
+        (r for r in rivals if r.effects not in {c.effects for c in chosen}), key=lambda r: r.fit.chi2
+    )
     proposal = None
     if chosen and propose:
         pool = chosen if len(chosen) > 1 else [*chosen, *_runner_up(rest, beyond)]
@@ -192,7 +201,19 @@ def diagnose(
     if needed and not open_gate:
         warnings.append("the model fails, but in no way that one of the candidates would make it fail")
     return Diagnosis(
+<<<<<<< HEAD
         verdict, missing, tied, ranking, proposal, gate_p, comparison, tuple([*chosen, *rest]), tuple(warnings)
+=======
+        verdict,
+        missing,
+        tied,
+        ranking,
+        proposal,
+        gate_p,
+        comparison,
+        tuple([*chosen, *rest]),
+        tuple(warnings),
+>>>>>>> effects
     )
 
 
@@ -234,7 +255,9 @@ def signatures(state: Calibrated, names: Sequence[str], basis: np.ndarray) -> li
         shapes = [{}]
         if len(columns) > 1:
             keys = list(effect.parameters)[1:]
-            shapes = [dict(zip(keys, values, strict=True)) for values in product(*[_three(*r) for r in ranges[1:]])]
+            shapes = [
+                dict(zip(keys, values, strict=True)) for values in product(*[_three(*r) for r in ranges[1:]])
+            ]
         for sign in (1, -1) if effect.sides == 2 else (1,):
             reach = (ranges[0][1] if sign > 0 else ranges[0][0]) - absent
             if reach == 0:
@@ -256,7 +279,7 @@ def signatures(state: Calibrated, names: Sequence[str], basis: np.ndarray) -> li
     seen = change - (change @ basis) @ basis.T
     length = np.linalg.norm(seen, axis=2)
     finer, sizes_at = [], []
-    for k, (name, _, shape, sizes, absent, reach) in enumerate(labels):
+    for k, (name, _, shape, _, absent, reach) in enumerate(labels):
         above = np.flatnonzero(length[k] >= STEP)
         share = shares[-1]
         if len(above):
@@ -339,7 +362,9 @@ def refits(state: Calibrated, names: Sequence[str], shown: Sequence[Signature], 
         starts = [first, far]
         for other in shown:
             if other.effect == name and other.shape != s.shape and other.sign == s.sign:
-                starts.append({columns[0]: other.size, **dict(zip(columns[1:], other.shape.values(), strict=True))})
+                starts.append(
+                    {columns[0]: other.size, **dict(zip(columns[1:], other.shape.values(), strict=True))}
+                )
         del absent
         problems.append(rival_problem(state, [name], starts))
     fits = dict(zip([(name,) for name in order], fit_many(model, state.evidence, problems), strict=True))
@@ -367,16 +392,29 @@ def refits(state: Calibrated, names: Sequence[str], shown: Sequence[Signature], 
     return fits, beyond
 
 
-def judge(state: Calibrated, fits, known: float) -> list[Rival]:
-    """Whether each fitted rival leaves neither lack of fit nor a drifting constant behind."""
+def judge(state: Calibrated, fits: Iterable[Fit]) -> list[Rival]:
+    """Whether each fitted rival leaves neither lack of fit nor a drifting constant behind, first of all where it acts."""
+    evidence = state.evidence
+    rig_of = np.array([state.model.cases[c].rig for c in evidence.case], dtype=object)
     found = []
     for fitted in fits:
         free = fitted.problem.free
+<<<<<<< HEAD
         names = tuple(dict.fromkeys(state.model.names[c].split(".")[0] for c in free[len(state.fit.problem.free) :]))
         p = lack_of_fit(fitted.chi2, len(state.evidence.case) - len(free), state.evidence)
         explains = p is None or p >= LEFT_OVER
+=======
+        names = tuple(
+            dict.fromkeys(state.model.names[c].split(".")[0] for c in free[len(state.fit.problem.free) :])
+        )
+        rigs = frozenset(rig for rig, acting in state.model.acting.items() if set(names) & set(acting))
+        mine = np.array([rig in rigs for rig in rig_of])
+        overall = lack_of_fit(fitted.chi2, len(evidence.case) - len(free), evidence)
+        local = lack_of_fit_in(fitted, mine, evidence)
+        explains = (overall is None or overall >= LEFT_OVERALL) and (local is None or local >= LEFT_OVER)
+>>>>>>> effects
         if explains:
-            left = drifts(replace(state, fit=fitted))
+            left = drifts(replace(state, fit=fitted), rigs)
             explains = not left or left[0].p >= LEFT_OVER
         found.append(Rival(names, fitted, explains))
     return found
@@ -391,7 +429,9 @@ def unit_of_chi2(state: Calibrated, fitted: Fit) -> float:
 
 def penalised(rival: Rival, state: Calibrated) -> float:
     """chi2 with 2 for each free parameter beyond the effects' amounts, so that shapes do not win by freedom alone."""
-    return rival.fit.chi2 + 2.0 * (len(rival.fit.problem.free) - len(state.fit.problem.free) - len(rival.effects))
+    return rival.fit.chi2 + 2.0 * (
+        len(rival.fit.problem.free) - len(state.fit.problem.free) - len(rival.effects)
+    )
 
 
 def explanations(
@@ -399,7 +439,10 @@ def explanations(
     singles: Sequence[Rival],
     shown: Sequence[Signature],
     scores: np.ndarray,
+<<<<<<< HEAD
     known: float,
+=======
+>>>>>>> effects
     plausible: set,
 ) -> list[Rival]:
     """The tie set: the single effects, else the pairs, that explain the data and lie within 4 of the best."""
@@ -411,7 +454,7 @@ def explanations(
         doubtful = p is not None and p < 0.05
     if doubtful:
         pairs = pair_rivals(state, singles, shown, scores, plausible)
-        pairs = [r for r in judge(state, pairs, known) if r.explains]
+        pairs = [r for r in judge(state, pairs) if r.explains]
         if pairs:
             top = min(pairs, key=lambda r: penalised(r, state))
             if best is None or penalised(top, state) < penalised(best, state) - PAIR_GAIN * unit_of_chi2(
@@ -426,7 +469,9 @@ def _tied(state: Calibrated, rivals: Sequence[Rival], best: Rival) -> list[Rival
     return sorted((r for r in rivals if penalised(r, state) < limit), key=lambda r: penalised(r, state))
 
 
-def pair_rivals(state: Calibrated, singles: Sequence[Rival], shown, scores: np.ndarray, plausible: set) -> list[Fit]:
+def pair_rivals(
+    state: Calibrated, singles: Sequence[Rival], shown, scores: np.ndarray, plausible: set
+) -> list[Fit]:
     """The most promising pairs by their signatures, refitted; each member must bring at least 4."""
     best: dict[str, int] = {}
     for k, s in enumerate(shown):
@@ -438,7 +483,10 @@ def pair_rivals(state: Calibrated, singles: Sequence[Rival], shown, scores: np.n
         rho = float(shown[i].unit @ shown[j].unit)
         if abs(rho) > 0.98:
             continue
-        first, second = (scores[i] - rho * scores[j]) / (1 - rho**2), (scores[j] - rho * scores[i]) / (1 - rho**2)
+        first, second = (
+            (scores[i] - rho * scores[j]) / (1 - rho**2),
+            (scores[j] - rho * scores[i]) / (1 - rho**2),
+        )
         if first > 0 and second > 0:
             promise.append((first * scores[i] + second * scores[j], a, b, i, j))
     promise = sorted(promise, key=lambda item: -item[0])[:PAIRS_REFITTED]
@@ -643,8 +691,11 @@ def next_measurement(state: Calibrated, rivals: Sequence[Rival]) -> NextMeasurem
         d = np.nan_to_num(d)
         gain += weights[a] * weights[b] * d
         separation = np.maximum(separation, d)
+    limits = [state.study.catalogue.rigs[c.rig].readable.get(c.observable, (-np.inf, np.inf)) for c in cases]
+    readable = [all(low <= m[k] <= high for m in means) for k, (low, high) in enumerate(limits)]
+    gain = np.where(readable, gain, -1.0)
     best = int(np.argmax(gain))
-    if separation[best] < SEPARATES:
+    if gain[best] < 0 or separation[best] < SEPARATES:
         return None
     case = cases[best]
     labels = [" + ".join(r.effects) for r in rivals]
@@ -654,7 +705,8 @@ def next_measurement(state: Calibrated, rivals: Sequence[Rival]) -> NextMeasurem
         conditions=dict(case.conditions),
         predictions={label: float(m[best]) for label, m in zip(labels, means, strict=True)},
         uncertainties={
-            label: float(np.sqrt(v[best] + sigma[best] ** 2)) for label, v in zip(labels, variances, strict=True)
+            label: float(np.sqrt(v[best] + sigma[best] ** 2))
+            for label, v in zip(labels, variances, strict=True)
         },
         separation=float(np.sqrt(separation[best])),
     )

@@ -108,7 +108,9 @@ def gather(model: Model, rows: Sequence[Measurement]) -> Evidence:
                 own[dofs > 0] = np.sqrt(within[g][dofs > 0] / dofs[dofs > 0])
                 pooled = pooled_sd(mean[g], own, dofs)
                 if not (pooled > 0).all():
-                    warnings.append(f"{rig}: all replicates are equal, so they cannot tell the scatter of a reading")
+                    warnings.append(
+                        f"{rig}: all replicates are equal, so they cannot tell the scatter of a reading"
+                    )
                     unknown[g[blank]] = True
                 else:
                     sd[g[blank]] = pooled[blank]

@@ -85,7 +85,9 @@ def _check_header(file: Path, header: list[str], conditions: set, parameters: se
             )
     missing = [name for name in REQUIRED if name not in header]
     if missing:
-        raise InputError(f"{file}: line 1: column {', '.join(missing)} is missing; given were {', '.join(header)}")
+        raise InputError(
+            f"{file}: line 1: column {', '.join(missing)} is missing; given were {', '.join(header)}"
+        )
 
 
 def _right_length(file: Path, line: int, cells: list[str], header: list[str]) -> bool:
@@ -102,7 +104,9 @@ def _number(where: str, name: str, text: str, least: float | None = None, strict
     if not math.isfinite(value):
         raise InputError(f"{where}: {name} {text!r} is not finite; leave the cell blank where it is unknown")
     if least is not None and (value < least or (strict and value == least)):
-        raise InputError(f"{where}: {name} {text!r}: expected {'more than' if strict else 'at least'} {least:g}")
+        raise InputError(
+            f"{where}: {name} {text!r}: expected {'more than' if strict else 'at least'} {least:g}"
+        )
     return value
 
 

@@ -74,7 +74,9 @@ def engine_of(study: Study, rig: str) -> Engine:
     """The engine that answers for a rig."""
     if study.catalogue.rigs[rig].predict is not None:
         return ClosedForm(study.catalogue)
-    raise SimulationError(f"rig {rig} runs on YADE, which this version does not reach from compare and diagnose")
+    raise SimulationError(
+        f"rig {rig} runs on YADE, which this version does not reach from compare and diagnose"
+    )
 
 
 @dataclass(frozen=True)
@@ -110,11 +112,15 @@ class Model:
     engines : {rig: engine}; default: by the rig's kind
     """
 
-    def __init__(self, study: Study, cases: Sequence[Case] | None = None, engines: Mapping[str, Engine] | None = None):
+    def __init__(
+        self, study: Study, cases: Sequence[Case] | None = None, engines: Mapping[str, Engine] | None = None
+    ):
         self.study = study
         if cases is None:
             distinct = {key(row): row for row in study.rows}
-            cases = [Case(row.rig, row.observable, row.conditions, row.parameters) for row in distinct.values()]
+            cases = [
+                Case(row.rig, row.observable, row.conditions, row.parameters) for row in distinct.values()
+            ]
         self.cases = tuple(cases)
         rigs = dict.fromkeys([*study.rigs, *(case.rig for case in self.cases)])
         catalogue = study.catalogue
@@ -122,7 +128,10 @@ class Model:
         self.acting = {rig: catalogue.acting(rig) for rig in rigs}
         acting = {e for names in self.acting.values() for e in names}
         self.effects = [e for e in catalogue.effects if e in acting]
-        self.names = [*self.parameters, *(f"{e}.{p}" for e in self.effects for p in catalogue.effects[e].parameters)]
+        self.names = [
+            *self.parameters,
+            *(f"{e}.{p}" for e in self.effects for p in catalogue.effects[e].parameters),
+        ]
         self.column = {name: k for k, name in enumerate(self.names)}
         self._amount = {e: self.column[f"{e}.{catalogue.effects[e].amount}"] for e in self.effects}
         self._absent = {e: catalogue.effects[e].neutral()[catalogue.effects[e].amount] for e in self.effects}
@@ -166,14 +175,19 @@ class Model:
         """Settings of the study by column name; parameters that no rig used has are left out."""
         found = {name: s for name, s in self.study.parameters.items() if name in self.column}
         for effect, values in self.study.effects.items():
-            found |= {f"{effect}.{name}": s for name, s in values.items() if f"{effect}.{name}" in self.column}
+            found |= {
+                f"{effect}.{name}": s for name, s in values.items() if f"{effect}.{name}" in self.column
+            }
         return found
 
     def predict(self, points: np.ndarray) -> Prediction:
         """Predictions at (m, columns) points for all cases, each engine asked once."""
         points = np.atleast_2d(points)
         present = {
-            e: {p: points[:, self.column[f"{e}.{p}"], None] for p in self.study.catalogue.effects[e].parameters}
+            e: {
+                p: points[:, self.column[f"{e}.{p}"], None]
+                for p in self.study.catalogue.effects[e].parameters
+            }
             for e in self.effects
             if np.any(points[:, self._amount[e]] != self._absent[e])
         }

@@ -81,7 +81,9 @@ class Study:
 
     def with_effect(self, name: str, values: Mapping[str, float] | None = None) -> "Study":
         """The same study with an effect present, its parameters free within their physical range."""
-        return replace(self, effects={**self.effects, name: settings(self.catalogue.effect(name), values or {})})
+        return replace(
+            self, effects={**self.effects, name: settings(self.catalogue.effect(name), values or {})}
+        )
 
     def without_effect(self, name: str) -> "Study":
         """The same study without an effect."""
@@ -93,7 +95,9 @@ def settings(effect: catalogues.Effect, values: Mapping[str, float]) -> dict[str
     found = {}
     for name, quantity in effect.parameters.items():
         low, high = quantity.get("physical", (quantity["min"], quantity["max"]))
-        value = values.get(name, quantity.get("default", 0.5 * (low + high) if effect.sides == 1 else 0.5 * high))
+        value = values.get(
+            name, quantity.get("default", 0.5 * (low + high) if effect.sides == 1 else 0.5 * high)
+        )
         found[name] = Setting(min(max(float(value), low), high), float(low), float(high))
     return found
 
@@ -110,7 +114,9 @@ def load(folder: Path) -> Study:
     try:
         text = file.read_text(encoding="utf-8")
     except FileNotFoundError:
-        raise InputError(f"{file}: no such file; a study is a folder with study.toml and measurements.csv") from None
+        raise InputError(
+            f"{file}: no such file; a study is a folder with study.toml and measurements.csv"
+        ) from None
     except (OSError, UnicodeDecodeError) as error:
         raise InputError(f"{file}: cannot be read: {error}") from None
     try:
@@ -156,7 +162,9 @@ def check(study: Study, where: str = "") -> None:
                 )
     for name, owner in BELONGS_TO.items():
         if name in study.parameters and owner not in study.effects:
-            raise InputError(f"{where}parameters: {name} belongs to the effect {owner}; list {owner} in [effects] too")
+            raise InputError(
+                f"{where}parameters: {name} belongs to the effect {owner}; list {owner} in [effects] too"
+            )
 
 
 def _inside(folder: Path, file: Path, name: str) -> Path:
@@ -200,7 +208,9 @@ def _setting(where: str, given, limits: tuple[float, float] = (-math.inf, math.i
     else:
         unknown = [key for key in given if key not in ("value", "min", "max")]
         if unknown:
-            raise InputError(f"{where}: {unknown[0]!r} is unknown{nearest(unknown[0], ('value', 'min', 'max'))}")
+            raise InputError(
+                f"{where}: {unknown[0]!r} is unknown{nearest(unknown[0], ('value', 'min', 'max'))}"
+            )
         if ("min" in given) != ("max" in given):
             raise InputError(f"{where}: min and max make it free: give both, or neither")
         if "min" not in given:
@@ -213,11 +223,15 @@ def _setting(where: str, given, limits: tuple[float, float] = (-math.inf, math.i
                 raise InputError(f"{where}: min {low:g} is not below max {high:g}")
             value = number("value", given["value"]) if "value" in given else 0.5 * (low + high)
             if not low <= value <= high:
-                raise InputError(f"{where}: value {value:g} lies outside its own min {low:g} and max {high:g}")
+                raise InputError(
+                    f"{where}: value {value:g} lies outside its own min {low:g} and max {high:g}"
+                )
             setting = Setting(value, low, high)
     for value in (setting.value, setting.low, setting.high):
         if value is not None and not limits[0] <= value <= limits[1]:
-            raise InputError(f"{where}: {value:g} lies outside {limits[0]:g} to {limits[1]:g}, which it must be within")
+            raise InputError(
+                f"{where}: {value:g} lies outside {limits[0]:g} to {limits[1]:g}, which it must be within"
+            )
     return setting
 
 
@@ -243,10 +257,14 @@ def _effects(file: Path, given: dict, catalogue: Catalogue) -> dict[str, dict[st
             raise InputError(f"{file}: effects: {name}: expected {{ {effect.amount} = ... }}, got {values!r}")
         for key in values:
             if key not in effect.parameters:
-                raise InputError(f"{file}: effects: {name}: {key!r} is unknown{nearest(key, effect.parameters)}")
+                raise InputError(
+                    f"{file}: effects: {name}: {key!r} is unknown{nearest(key, effect.parameters)}"
+                )
         found[name] = settings(effect, {})
         for key, value in values.items():
-            found[name][key] = _setting(f"{file}: effects: {name}: {key}", value, _limits(effect.parameters[key]))
+            found[name][key] = _setting(
+                f"{file}: effects: {name}: {key}", value, _limits(effect.parameters[key])
+            )
     return found
 
 

@@ -29,6 +29,7 @@ RIG = {
         },
     },
     "observables": {"slip_angle_deg": "angle at which the layer starts to slide, a"},
+    "readable": {"slip_angle_deg": (0.0, 80.0)},
 }  # fmt: skip
 
 GRAVITY = 9.81  # m/s2
@@ -52,7 +53,9 @@ def predict(parameters, conditions, effects):
     if not effects:
         return {"slip_angle_deg": np.degrees(np.arctan(friction + 0 * weight))}
     shape = np.broadcast_shapes(
-        np.shape(friction), np.shape(weight), *(np.shape(v) for _, values in effects.values() for v in values.values())
+        np.shape(friction),
+        np.shape(weight),
+        *(np.shape(v) for _, values in effects.values() for v in values.values()),
     )
     low, high = np.zeros(shape), np.full(shape, np.pi / 2 - 1e-9)
     for _ in range(BISECTIONS):

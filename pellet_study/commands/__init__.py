@@ -10,5 +10,12 @@ COMMANDS = {
     "bench": "calibrate the three seed bench tests: rebound, slope slip, inclined rolling",
     "pb": "analyse a Plackett-Burman table, climb from it, or make one",
     "bbd": "analyse a Box-Behnken or central composite table, meet a target, or make one",
+    "compare": "calibrate the present model of a study, say how well it fits and where it fails",
+    "diagnose": "rank the physical effects a study's model lacks",
+    "add": "add an effect to a study and recalibrate",
+    "drop": "take an effect out of a study and recalibrate",
+    "refine": "compare, diagnose, add, again, until the measurements are explained",
+    "history": "the error falling step by step",
+    "challenge": "hidden-effect trials: is the effect that was hidden the one that is named?",
     "audit": "recompute the printed numbers of the source paper",
 }

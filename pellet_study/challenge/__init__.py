@@ -1,0 +1,1 @@
+"""Hidden-effect trials: is the effect that was put into the measurements the one that refine names?"""

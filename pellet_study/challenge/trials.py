@@ -1,0 +1,188 @@
+"""Trials on the twins: hide an effect of a stated strength, make noisy readings, let refine answer, compare.
+
+Strength is lambda, the square root of the chi2 that the base model, calibrated, leaves on noise-free data that hold
+the effect: how many standard errors of misfit remain once the free constants have absorbed what they can.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from functools import cache
+
+import numpy as np
+
+from pellet_study.calibrate import fit, problem_of
+from pellet_study.challenge import twins
+from pellet_study.compare import calibrate
+from pellet_study.diagnose import diagnose
+from pellet_study.evidence import Evidence
+from pellet_study.model import Model
+from pellet_study.refine import Refinement, refine
+
+
+@dataclass(frozen=True)
+class Truth:
+    """What is hidden: effects with their amounts, and what the rigs then read without noise."""
+
+    effects: Mapping[str, float]
+    lam: float
+    readings: np.ndarray
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """One trial's answer. `noticed`: the base model is not called adequate; `gate`: its gate opened."""
+
+    verdict: str
+    first: str
+    added: tuple[str, ...]
+    tied: tuple[tuple[str, ...], ...]
+    gate_p: float
+    rms_before: float
+    rms_after: float
+    covered: int
+    constants: int
+    size_ratio: float
+
+
+@cache
+def _base() -> Model:
+    rows = [twins.measurement(*c, [1.0, 2.0]) for c in twins.conditions()]
+    return Model(twins.study(rows, outside=True))
+
+
+def readings_of(effects: Mapping[str, float]) -> np.ndarray:
+    """Noise-free readings of the campaign with some effects present."""
+    model = _base()
+    point = model.base.copy()
+    for name, value in twins.TRUTH.items():
+        point[model.column[name]] = value
+    for name, amount in effects.items():
+        point[model.column[f"{name}.{model.study.catalogue.effects[name].amount}"]] = amount
+    return model.predict(point).mean[0]
+
+
+def true_sd(readings: np.ndarray) -> np.ndarray:
+    """Standard deviation of one reading under each condition of the campaign."""
+    return np.array(
+        [twins.reading_sd(rig, y) for (rig, _, _), y in zip(twins.conditions(), readings, strict=True)]
+    )
+
+
+def strength(effects: Mapping[str, float], kept: tuple[int, ...] | None = None) -> float:
+    """Lambda of some hidden effects (over the kept conditions)."""
+    model = _base()
+    readings = readings_of(effects)
+    index = np.arange(len(readings)) if kept is None else np.array(kept)
+    sd = true_sd(readings)[index] / np.sqrt(twins.REPEATS)
+    evidence = Evidence(index, readings[index], sd, 1 / sd, 1000, 0.0, 0)
+    point = model.base.copy()
+    for name, value in twins.TRUTH.items():
+        point[model.column[name]] = value
+    return float(np.sqrt(fit(model, evidence, problem_of(model, 0, point)).chi2))
+
+
+@cache
+def hidden(
+    names: tuple[str, ...], lam: float, sign: int = 1, kept: tuple[int, ...] | None = None
+) -> Truth | None:
+    """Effects at amounts that give each the strength `lam` alone; None where the physical range does not reach it."""
+    amounts = {}
+    for name in names:
+        effect = twins.catalogue(True).effects[name]
+        low, high = effect.parameters[effect.amount]["physical"]
+        reach = high if sign > 0 else low
+        sizes = reach * np.geomspace(1e-3, 1, 25)
+        lams = [strength({name: s}, kept) for s in sizes]
+        above = [k for k, v in enumerate(lams) if v >= lam]
+        if not above:
+            return None
+        k = above[0]
+        below, over = (sizes[k - 1] if k else 0.0), sizes[k]
+        for _ in range(18):
+            middle = 0.5 * (below + over)
+            below, over = (middle, over) if strength({name: middle}, kept) < lam else (below, middle)
+        amounts[name] = over
+    return Truth(amounts, lam, readings_of(amounts))
+
+
+def noisy_rows(
+    truth: np.ndarray, rng: np.random.Generator, tau: float = 0.0, held_out: frozenset[int] = frozenset()
+):
+    """Rows of a campaign: five readings a condition, and a set-up scatter of `tau` standard errors that they share."""
+    sd = true_sd(truth)
+    centre = truth + tau * sd / np.sqrt(twins.REPEATS) * rng.standard_normal(len(truth))
+    readings = centre[:, None] + sd[:, None] * rng.standard_normal((len(truth), twins.REPEATS))
+    return [
+        twins.measurement(*c, readings[k], line=k + 2, split="holdout" if k in held_out else "fit")
+        for k, c in enumerate(twins.conditions())
+    ]
+
+
+def outcome(answer: Refinement, truth: Truth | None) -> Outcome:
+    """Open the envelope: what was answered beside what was hidden."""
+    first, last = answer.steps[0], answer.steps[-1]
+    covered = constants = 0
+    for name, value in twins.TRUTH.items():
+        low, high = last.intervals[name]
+        covered, constants = covered + (low <= value <= high), constants + 1
+    ratio = np.nan
+    if truth and len(truth.effects) == 1:
+        name, amount = next(iter(truth.effects.items()))
+        if name in answer.added:
+            ratio = last.parameters[f"{name}.{twins.catalogue(True).effects[name].amount}"] / amount
+    return Outcome(
+        verdict=answer.verdict,
+        first=answer.diagnoses[0].verdict,
+        added=tuple(twins.SAME.get(n, n) for n in answer.added),
+        tied=tuple(
+            dict.fromkeys(tuple(sorted(twins.SAME.get(n, n) for n in names)) for names in answer.tied)
+        ),
+        gate_p=answer.diagnoses[0].gate_p if answer.diagnoses[0].gate_p is not None else 1.0,
+        rms_before=first.holdout_rms_error or np.nan,
+        rms_after=last.holdout_rms_error or np.nan,
+        covered=covered,
+        constants=constants,
+        size_ratio=float(ratio),
+    )
+
+
+def trial(truth: Truth, seed, tau: float = 0.0, held_out: frozenset[int] = frozenset()) -> Outcome:
+    """One sealed trial."""
+    rows = noisy_rows(truth.readings, np.random.default_rng(seed), tau, held_out)
+    study = twins.study(rows)
+    return outcome(refine(study, calibrate(study, extra_starts=1), propose=False), truth)
+
+
+NOTHING = Truth({}, 0.0, readings_of({}))
+
+
+def trial_next(truth: Truth, seed, at_random: bool = False) -> tuple[Outcome, Outcome, str]:
+    """A trial, the one measurement proposed (or one drawn from the same list), and the trial with it added."""
+    from pellet_study.challenge.twins import measurement
+    from pellet_study.diagnose import possible_cases
+
+    rng = np.random.default_rng(seed)
+    rows = noisy_rows(truth.readings, rng)
+    study = twins.study(rows)
+    state = calibrate(study)
+    first = diagnose(study, state)
+    before = outcome(refine(study, state, propose=False), truth)
+    proposal = first.next_measurement
+    if proposal is None:
+        return before, before, ""
+    if at_random:
+        cases = possible_cases(study)
+        case = cases[rng.integers(len(cases))]
+        rig, observable, given = case.rig, case.observable, dict(case.conditions)
+    else:
+        rig, observable, given = proposal.rig, proposal.observable, proposal.conditions
+    model = Model(twins.study([*rows, measurement(rig, observable, given, [1.0, 2.0])], outside=True))
+    point = model.base.copy()
+    for name, value in twins.TRUTH.items():
+        point[model.column[name]] = value
+    for name, amount in truth.effects.items():
+        point[model.column[f"{name}.{model.study.catalogue.effects[name].amount}"]] = amount
+    value = model.predict(point).mean[0, -1]
+    readings = value + twins.reading_sd(rig, value) * rng.standard_normal(twins.REPEATS)
+    more = [*rows, measurement(rig, observable, given, readings, line=len(rows) + 2)]
+    return before, outcome(refine(twins.study(more), propose=False), truth), rig

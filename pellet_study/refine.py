@@ -1,0 +1,108 @@
+"""Compare, diagnose, add, again: until the model explains the data, or nothing more can be said.
+
+Forward by whole explanations (a single effect, else a pair), each followed by a backward check; at most three effects.
+Nothing is added because it merely lowers chi2: an explanation must leave neither lack of fit nor a drifting constant,
+and no rival may explain as well.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from pellet_study.calibrate import fit_many, problem_of
+from pellet_study.compare import Calibrated, Comparison, calibrate, compare
+from pellet_study.diagnose import GATE, GATE_AGAIN, TIE, Diagnosis, diagnose, unit_of_chi2
+from pellet_study.model import Engine, Model
+from pellet_study.study import Study
+
+MOST_EFFECTS = 3
+
+
+@dataclass(frozen=True)
+class Refinement:
+    """What refine did: `steps[0]` is the model as it came, `study` the model as it is left."""
+
+    verdict: str
+    added: tuple[str, ...]
+    tied: tuple[tuple[str, ...], ...]
+    steps: tuple[Comparison, ...]
+    diagnoses: tuple[Diagnosis, ...]
+    study: Study
+    state: Calibrated
+
+    @property
+    def last(self) -> Diagnosis:
+        """The diagnosis the verdict comes from."""
+        return self.diagnoses[-1]
+
+
+def refine(
+    study: Study,
+    state: Calibrated | None = None,
+    most: int = MOST_EFFECTS,
+    propose: bool = True,
+    engines: Mapping[str, Engine] | None = None,
+) -> Refinement:
+    """Add the effects the measurements show to be missing.
+
+    `propose` says whether the next measurement is to be looked for.
+
+    Raises
+    ------
+    InputError : the study gives nothing to fit
+    """
+    state = state or calibrate(study, Model(study, engines=engines))
+    comparison = compare(study, state, level_out=propose)
+    steps, diagnoses, added = [comparison], [], []
+    while True:
+        found = diagnose(
+            study, state, gate=GATE if not added else GATE_AGAIN, comparison=comparison, propose=propose
+        )
+        diagnoses.append(found)
+        if found.verdict != "missing" or len(added) + len(found.missing) > most:
+            break
+        chosen = found.rivals[0]
+        order = {s.effect: k for k, s in enumerate(found.ranking)}
+        for name in sorted(found.missing, key=order.__getitem__):
+            effect = study.catalogue.effects[name]
+            values = {p: chosen.fit.point[state.model.column[f"{name}.{p}"]] for p in effect.parameters}
+            study = study.with_effect(name, values)
+            added.append(name)
+            state = calibrate(
+                study, Model(study, engines=state.model.engines), state.evidence, extra_starts=1
+            )
+            comparison = compare(study, state, level_out=propose)
+            steps.append(comparison)
+        for name in needless(study, state, added):
+            study = study.without_effect(name)
+            added.remove(name)
+            state = calibrate(study, Model(study, engines=state.model.engines), state.evidence)
+            comparison = compare(study, state, level_out=propose)
+            steps.append(comparison)
+        if len(added) >= most:
+            diagnoses.append(diagnose(study, state, GATE_AGAIN, comparison, propose))
+            break
+    for name in added:
+        values = {
+            p: state.fit.point[state.model.column[f"{name}.{p}"]]
+            for p in study.catalogue.effects[name].parameters
+        }
+        study = study.with_effect(name, values)
+    return Refinement(
+        diagnoses[-1].verdict, tuple(added), diagnoses[-1].tied, tuple(steps), tuple(diagnoses), study, state
+    )
+
+
+def needless(study: Study, state: Calibrated, added: list[str]) -> list[str]:
+    """The added effect that can be left out at the least loss, if that is less than 4; the last one is always kept."""
+    if len(added) < 2:
+        return []
+    problems = []
+    for name in added[:-1]:
+        smaller = Model(study.without_effect(name), engines=state.model.engines)
+        point = state.fit.point.copy()
+        for parameter, value in study.catalogue.effects[name].neutral().items():
+            point[state.model.column[f"{name}.{parameter}"]] = value
+        problems.append(problem_of(smaller, 1, point))
+    losses = [f.chi2 - state.fit.chi2 for f in fit_many(state.model, state.evidence, problems)]
+    least = min(losses)
+    return [added[losses.index(least)]] if least < TIE * unit_of_chi2(state, state.fit) else []
