@@ -3,7 +3,8 @@
 import numpy as np
 
 from yade_scripts import contacts, particles
-from yade_scripts.case import quantity
+from yade_scripts.acting import Effects
+from yade_scripts.case import Failed, quantity
 
 GRAVITY = 9.81  # m/s2
 REFERENCE_DAMPING = contacts.damping_ratio(0.25)
@@ -51,12 +52,22 @@ class SeedScene:
     case : a rig's complete case
     rotation : (3, 3) array, orientation of the seed
     added_mass : kg, a point mass at the seed's centre
+    effects : the effects present; none by default
+    fastest : m/s, speed of the fastest impact to come; asked for where restitution depends on speed
     """
 
-    def __init__(self, case: dict, rotation: np.ndarray, added_mass: float = 0.0):
+    def __init__(
+        self,
+        case: dict,
+        rotation: np.ndarray,
+        added_mass: float = 0.0,
+        effects: Effects | None = None,
+        fastest: float = 0.0,
+    ):
         from yade import O
 
         parameters, numerics = case["parameters"], case["numerics"]
+        self.effects = effects = effects or Effects((), case)
         softer = numerics["stiffness_scale"]
         seed, powder = (
             contacts.Material(
@@ -69,9 +80,11 @@ class SeedScene:
         pair = contacts.Pair(
             *(parameters[f"seed_powder_{k}"] for k in ("restitution", "static_friction", "rolling_friction"))
         )
-        length = case["conditions"]["seed_length_mm"]
-        centres, self.radii = particles.alfalfa_seed(length)
-        mass, inertia = particles.seed_mass_properties(length, seed.density)
+        self.pair = pair = effects.at("contact", pair)
+        length, aspect = case["conditions"]["seed_length_mm"], effects.at("aspect", 1.0)
+        centres, self.radii = particles.alfalfa_seed(length, aspect)
+        mass, inertia = particles.seed_mass_properties(length, seed.density, aspect)
+        self.volume = mass / seed.density
         self.mass = mass + added_mass
         self.inertia = np.array(inertia)
         self.rest_height = float(self.radii.max())  # of the centre above the plate, lying flat
@@ -82,7 +95,9 @@ class SeedScene:
         self.rotation = rotation
         self.time_step = numerics["time_step_fraction"] * contacts.rayleigh_step(float(self.radii.min()), seed)
         if case["contact_law"] == "hertz_mindlin":  # a strong damper asks for shorter steps
-            self.time_step *= min(1.0, REFERENCE_DAMPING / contacts.damping_ratio(pair.restitution))
+            self.time_step *= min(1.0, REFERENCE_DAMPING / contacts.damping_ratio(self.restitution(fastest)))
+        elif "restitution" in effects:
+            raise Failed(f"the {case['contact_law']} law has no restitution that could depend on speed")
         spring = numerics["rolling_spring"] * min(inertia) / self.time_step**2
         options = {"rolling_stiffness": spring}
         if case["contact_law"] == "cohesive_frictional":
@@ -98,8 +113,8 @@ class SeedScene:
             utils.sphere(tuple(point + position), radius, material=self.contacts.particle, color=(1, 1, 1))
             for point, radius in zip(self.points, self.radii, strict=True)
         ]
-        clump, members = O.bodies.appendClumped(spheres, discretization=0)
-        self.state = O.bodies[clump].state
+        self.clump, members = O.bodies.appendClumped(spheres, discretization=0)
+        self.state = O.bodies[self.clump].state
         self.local = self.points @ np.array(self.state.ori.toRotationMatrix())  # members in YADE's body axes
         self.plates = []
         axes = np.array(self.state.ori.toRotationMatrix()).T @ self.rotation
@@ -153,7 +168,67 @@ class SeedScene:
             self.newton,
         ]
         O.dt = self.time_step
+        self.step = O.step
+        places = ("restitution", "tangential_stiffness", "friction", "rolling", "force")
+        if any(place in self.effects for place in places):
+            self.step = self._step_with_effects
         self._momentum, self._twice_energy = None, 0.0
+
+    def restitution(self, speed: float) -> float:
+        """Coefficient of restitution at a normal approach speed (m/s), kept inside the range of the contact law."""
+        base = self.pair.restitution
+        if "restitution" not in self.effects:
+            return base
+        return min(0.95, max(0.05, self.effects.at("restitution", base, speed)))
+
+    def force(self, velocity) -> tuple[float, float, float]:
+        """Force of the effects on the centre of mass (N) at a velocity (m/s)."""
+        return self.effects.at("force", (0.0, 0.0, 0.0), velocity, self.volume)
+
+    def _step_with_effects(self) -> None:
+        """One step; then what the effects make of the contacts and of the motion, in force from the next step on."""
+        from yade import O
+
+        O.step()
+        effects, state = self.effects, self.state
+        touching = list(O.interactions)
+        for contact in touching:
+            if contact.iterMadeReal == O.iter - 1:
+                self._new_contact(contact)
+        if "friction" in effects and touching:
+            load = sum(contact.phys.normalForce.norm() for contact in touching)
+            mu = effects.at("friction", self.pair.static_friction, load)
+            for contact in touching:
+                contact.phys.tangensOfFrictionAngle = mu
+        if "rolling" in effects:
+            O.forces.setPermT(self.clump, self._rolling_moment(touching))
+        if "force" in effects:
+            O.forces.setPermF(self.clump, self.force(state.vel))
+
+    def _new_contact(self, contact) -> None:
+        """Damping by the approach speed at the touch, and tangential stiffness; both stay for the contact's life."""
+        if "restitution" in self.effects:
+            state = self.state
+            velocity = state.vel + state.angVel.cross(contact.geom.contactPoint - state.pos)
+            contact.phys.betan = contacts.damping_ratio(self.restitution(abs(velocity.dot(contact.geom.normal))))
+        if "tangential_stiffness" in self.effects:
+            stiffness = "kso" if hasattr(contact.phys, "kso") else "ks"
+            share = self.effects.at("tangential_stiffness", 1.0)
+            setattr(contact.phys, stiffness, share * getattr(contact.phys, stiffness))
+
+    def _rolling_moment(self, touching):
+        """Moment on the seed (N m) of the rolling friction beyond the constant one, against the rolling."""
+        from yade import Vector3
+
+        moment, spin, radius = Vector3(0, 0, 0), self.state.angVel, self.rest_height
+        for contact in touching:
+            normal = contact.geom.normal
+            rolling = spin - normal * spin.dot(normal)
+            rate = rolling.norm()
+            if rate > 0:
+                coefficient = self.effects.at("rolling", 0.0, rate * radius)
+                moment -= rolling * (coefficient * radius * contact.phys.normalForce.norm() / rate)
+        return moment
 
     def clearance(self) -> float:
         """Distance of the seed from the nearest plate, m."""
@@ -178,7 +253,7 @@ class SeedScene:
         fastest = state.vel.norm() + state.angVel.norm() * self.reach + 1e-2  # m/s, gravity's gain meanwhile included
         free_steps = (self.clearance() - 1e-6) / (fastest * self.time_step)
         O.dt = self.time_step * min(max(1.0, free_steps / steps), LONGEST_FLIGHT_STEP)
-        step = O.step
+        step = self.step
         for _ in range(steps):
             step()
         momentum = Vector3(state.angMom)
