@@ -111,7 +111,8 @@ def simulate(case: dict) -> dict:
             if state.pos[2] + over_plate > scene.reach:
                 height = max(highest, rise() + apex)
                 break
-        if scene.kinetic_energy() + GRAVITY * rise() < GRAVITY * highest:
+        energy = scene.kinetic_energy() + GRAVITY * rise()
+        if energy < GRAVITY * highest and energy + scene.elastic_energy() < GRAVITY * highest:
             height = highest  # too little energy is left to get higher
             break
         if looks * STEPS_BETWEEN_LOOKS > MOST_STEPS:

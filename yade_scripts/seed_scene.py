@@ -169,7 +169,7 @@ class SeedScene:
         ]
         O.dt = self.time_step
         self.step = O.step
-        places = ("restitution", "tangential_stiffness", "friction", "rolling", "force")
+        places = ("contact", "restitution", "tangential_stiffness", "friction", "rolling", "force")
         if any(place in self.effects for place in places):
             self.step = self._step_with_effects
         self._momentum, self._twice_energy = None, 0.0
@@ -189,27 +189,58 @@ class SeedScene:
         """One step; then what the effects make of the contacts and of the motion, in force from the next step on."""
         from yade import O
 
-        O.step()
         effects, state = self.effects, self.state
+        motion = state.pos, state.vel, state.angVel
+        if "restitution" in effects:  # for the first step of a contact, in which only its functor can be told
+            self.contacts.physics[0].betan.val = contacts.damping_ratio(self.restitution(self._approach()))
+        O.step()
         touching = list(O.interactions)
         for contact in touching:
             if contact.iterMadeReal == O.iter - 1:
-                self._new_contact(contact)
-        if "friction" in effects and touching:
-            load = sum(contact.phys.normalForce.norm() for contact in touching)
-            mu = effects.at("friction", self.pair.static_friction, load)
-            for contact in touching:
-                contact.phys.tangensOfFrictionAngle = mu
+                self._new_contact(contact, *motion)
+        if ("friction" in effects or "contact" in effects) and touching:
+            self._limit_friction(touching)
         if "rolling" in effects:
             O.forces.setPermT(self.clump, self._rolling_moment(touching))
         if "force" in effects:
             O.forces.setPermF(self.clump, self.force(state.vel))
 
-    def _new_contact(self, contact) -> None:
+    def _approach(self) -> float:
+        """Normal approach speed (m/s) of the point of the seed nearest to a plate."""
+        from yade import Vector3
+
+        state = self.state
+        toward, nearest, speed = state.ori.conjugate(), np.inf, 0.0
+        for normal, level in self.plates:
+            across = np.array(toward * normal)
+            heights = self.local @ across - self.radii
+            lowest = int(heights.argmin())
+            gap = state.pos.dot(normal) - level + heights[lowest]
+            if gap < nearest:
+                arm = state.ori * Vector3(*(self.local[lowest] - self.radii[lowest] * across))
+                nearest, speed = gap, abs((state.vel + state.angVel.cross(arm)).dot(normal))
+        return speed
+
+    def _limit_friction(self, touching) -> None:
+        """Coulomb's limit mu (Fn + Fa) at each contact, mu by the seed's whole normal load, Fa the adhesion.
+
+        YADE's Mindlin law takes mu (|Fn| + Fa), which is too much at a contact in tension, Fn < 0.
+        """
+        mu = self.pair.static_friction
+        if "friction" in self.effects:
+            mu = self.effects.at("friction", mu, sum(contact.phys.normalForce.norm() for contact in touching))
+        for contact in touching:
+            phys, share = contact.phys, 1.0
+            if hasattr(phys, "adhesionForce"):
+                normal, adhesion = phys.normalForce.dot(contact.geom.normal), phys.adhesionForce
+                if normal < 0:
+                    share = max(0.0, adhesion + normal) / (adhesion - normal)
+            phys.tangensOfFrictionAngle = mu * share
+
+    def _new_contact(self, contact, position, velocity, spin) -> None:
         """Damping by the approach speed at the touch, and tangential stiffness; both stay for the contact's life."""
         if "restitution" in self.effects:
-            state = self.state
-            velocity = state.vel + state.angVel.cross(contact.geom.contactPoint - state.pos)
+            velocity = velocity + spin.cross(contact.geom.contactPoint - position)
             contact.phys.betan = contacts.damping_ratio(self.restitution(abs(velocity.dot(contact.geom.normal))))
         if "tangential_stiffness" in self.effects:
             stiffness = "kso" if hasattr(contact.phys, "kso") else "ks"
@@ -274,6 +305,16 @@ class SeedScene:
         angle = turn.norm()
         if angle > 0:
             state.ori = state.ori * Quaternion(turn / angle, -angle)
+
+    def elastic_energy(self) -> float:
+        """Energy stored in the contacts per mass, m2/s2, sideways parts left out."""
+        from yade import O
+
+        stored = 0.0
+        for contact in O.interactions:
+            phys, overlap = contact.phys, max(0.0, contact.geom.penetrationDepth)
+            stored += 0.4 * phys.kno * overlap**2.5 if hasattr(phys, "kno") else 0.5 * phys.kn * overlap**2
+        return stored / self.mass
 
     def kinetic_energy(self) -> float:
         """Kinetic energy per mass, m2/s2, rotation included."""

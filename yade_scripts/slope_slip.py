@@ -44,11 +44,15 @@ RIG = {
 
 YAW_DEG = 10.0
 STEEPEST_DEG = 80.0
+TIPPED = 5e-3  # rad
+MOST_HOLDS = 10  # to bring a seed that was laid flat again to rest
 SLIDING = 1e-3  # share of the speed free of friction that tells sliding from creaking
 
 
 def simulate(case: dict) -> dict:
     """One seed; the angle in degrees."""
+    from yade import Vector3
+
     numerics, effects = case["numerics"], Effects(EFFECTS, case)
     yaw = radians(YAW_DEG) * (2 * particles.even_points(case["seed"])[0] - 1)
     scene = SeedScene(case, particles.about(2, yaw), 1e-6 * case["conditions"]["added_mass_mg"], effects)
@@ -56,6 +60,7 @@ def simulate(case: dict) -> dict:
     scene.plate((0, 0, -0.005), (10, 10, 0.005))
     scene.start((0, 0, -GRAVITY))
     hold_steps = max(1, round(1e-3 * numerics["hold_ms"] / scene.time_step))
+    sliding = SLIDING * (GRAVITY * hold_steps * scene.time_step) * 0.5
 
     def tilt(angle_deg: float, steps: int) -> None:
         """Turn gravity smoothly from where it is to an angle, over so many steps."""
@@ -74,19 +79,32 @@ def simulate(case: dict) -> dict:
         tilt(angle_deg, hold_steps)
         for _ in range(hold_steps):
             scene.step()
-        free = GRAVITY * hold_steps * scene.time_step
-        return scene.state.vel.norm() > SLIDING * free * 0.5
+        return scene.state.vel.norm() > sliding
 
     def settle(angle_deg: float) -> None:
-        """Bring the seed to rest at an angle that holds it."""
+        """Bring the seed to rest at an angle that holds it; one that has tipped over is laid flat again."""
+        from yade import O
+
         own, scene.newton.damping = scene.newton.damping, 0.5
         scene.state.vel, scene.state.angMom, scene.state.angVel = (0, 0, 0), (0, 0, 0), (0, 0, 0)
-        tilt(angle_deg, hold_steps)
-        for _ in range(hold_steps):
-            scene.step()
+        tipped = (scene.state.ori * upright).cross(up).norm() > TIPPED
+        if tipped:
+            scene.state.pos, scene.state.ori = rest
+            O.interactions.clear()
+            tilt.angle_deg = angle_deg
+        for _ in range(MOST_HOLDS if tipped else 1):
+            tilt(angle_deg, hold_steps)
+            for _ in range(hold_steps):
+                scene.step()
+            if scene.state.vel.norm() < 0.1 * sliding:
+                break
         scene.newton.damping = own
 
+    up = Vector3(0, 0, 1)
+    upright = scene.state.ori.conjugate() * up
+    rest = scene.state.pos, scene.state.ori
     settle(0.0)
+    rest = scene.state.pos, scene.state.ori
     holds, slips = 0.0, STEEPEST_DEG
     if slides(holds):
         raise Failed("the seed moves on a level plate")

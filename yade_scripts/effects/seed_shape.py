@@ -6,7 +6,7 @@ EFFECT = {
     "formula": "length/width = 1.69 f at the same length; the cross-section keeps its proportions",
     "parameters": {
         "aspect_factor": {
-            "absent": 1.0, "min": 0.65, "max": 1.6, "physical": (0.75, 1.25), "unit": "1",
+            "absent": 1.0, "min": 0.75, "max": 1.6, "physical": (0.75, 1.25), "unit": "1",
             "meaning": "f, length over width as a share of the measured 1.69",
         },
     },
