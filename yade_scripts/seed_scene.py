@@ -200,6 +200,8 @@ class SeedScene:
                 self._new_contact(contact, *motion)
         if ("friction" in effects or "contact" in effects) and touching:
             self._limit_friction(touching)
+        if "contact" in effects and self.pair.rolling_friction > 0:
+            self._limit_rolling(touching)
         if "rolling" in effects:
             O.forces.setPermT(self.clump, self._rolling_moment(touching))
         if "force" in effects:
@@ -236,6 +238,19 @@ class SeedScene:
                 if normal < 0:
                     share = max(0.0, adhesion + normal) / (adhesion - normal)
             phys.tangensOfFrictionAngle = mu * share
+
+    def _limit_rolling(self, touching) -> None:
+        """Limit mu_r R (Fn + Fa) of the rolling moment at each contact, Fa the adhesion.
+
+        YADE's Mindlin law takes maxBendPl |Fn|. Where |Fn| is small against Fa it changes much within a step, so that
+        the limit of the step before does not serve: there it is held.
+        """
+        for contact in touching:
+            phys = contact.phys
+            if hasattr(phys, "adhesionForce"):
+                normal, adhesion = phys.normalForce.dot(contact.geom.normal), phys.adhesionForce
+                share = max(0.0, normal + adhesion) / max(abs(normal), 0.05 * adhesion)
+                phys.maxBendPl = self.pair.rolling_friction * self.rest_height * share
 
     def _new_contact(self, contact, position, velocity, spin) -> None:
         """Damping by the approach speed at the touch, and tangential stiffness; both stay for the contact's life."""

@@ -3,7 +3,7 @@
 EFFECT = {
     "name": "adhesion",
     "means": "the seed sticks to the powder plate where they touch",
-    "formula": "F = 3/2 pi Gamma R at each member sphere that touches; sliding at mu (N + sum F)",
+    "formula": "F = 3/2 pi Gamma R at each member sphere that touches; sliding at mu (N + F), rolling at mu_r R (N + F)",
     "parameters": {
         "surface_energy": {
             "absent": 0.0, "min": 0.0, "max": 5e-3, "physical": (0.0, 2e-3), "unit": "J/m2",
@@ -14,7 +14,7 @@ EFFECT = {
     "rigs": {
         "rebound": "slow and small rebounds are lower; hardly seen in seeds of 2 mm",
         "slope_slip": "light seeds hold to steeper angles, tan a = mu (1 + F/N)",
-        "inclined_roll": "the seed is held at its contacts; small seeds leave the plate less",
+        "inclined_roll": "all runs are shorter, small seeds' most: mu_r (1 + F/N)",
     },
     "signature": "the slip angle rises as the load falls, like 1/load, and for small seeds like 1/length^2",
     "source": "Johnson, Kendall & Roberts 1971, doi:10.1098/rspa.1971.0141 (pull-off); "
