@@ -114,6 +114,7 @@ def read(tmp_path_factory):
             (slip(length, "seed_shape", f, friction=1.4, hold_ms=12.0) for length, f in STOUT),
             (slip(length, "plate_tilt", tilt) for length, tilt in TILTED),
             (run_along(length, "speed_dependent_rolling", k, 0.6, mu, **rolls) for length, mu, k in ROLLING),
+            (run_along(length, "adhesion", 1e-3, 0.6, 0.1, **rolls) for length in SIZES),
             (run_along(length, "air_drag", 3.0, 0.6, speed_m_s=2.0, time_s=0.15) for length in SIZES),
             (run_along(length, "load_dependent_friction", 0.33, 0.3, **slides) for length in SIZES),
             (thrown_aslant(length, c) for length, c in COMPLIANT),
@@ -285,6 +286,16 @@ def test_a_rolling_sphere_slows_by_the_friction_of_its_speed(length, rolling, k,
     expected = solve_ivp(lambda _, v: -GRAVITY / 1.4 * (rolling + k * v), (0, 0.15), [0.8], rtol=1e-9).y[0, -1]
     case = run_along(length, "speed_dependent_rolling", k, 0.6, rolling, speed_m_s=0.8, time_s=0.15)
     assert read(case)["speed_after_m_s"] == pytest.approx(expected, rel=2e-3)
+
+
+@pytest.mark.parametrize("length", SIZES)
+def test_an_adhesive_sphere_rolls_against_load_and_pull(length, read):
+    """dv/dt = -mu_r (g + F/m)/(1 + I/(m R^2))."""
+    pull = contacts.pull_off_force(1e-3, 5e-4 * length)
+    row = read(run_along(length, "adhesion", 1e-3, 0.6, 0.1, speed_m_s=0.8, time_s=0.15))
+    expected = 0.1 * (GRAVITY + pull / sphere_mass(length)) / 1.4 * row["time_run_s"]
+    assert pull / sphere_mass(length) > 0.04 * GRAVITY
+    assert 0.8 - row["speed_after_m_s"] == pytest.approx(expected, rel=3e-3)
 
 
 @pytest.mark.parametrize("length", SIZES)
