@@ -9,6 +9,7 @@ from yade_scripts.case import Failed, quantity
 GRAVITY = 9.81  # m/s2
 REFERENCE_DAMPING = contacts.damping_ratio(0.25)
 LONGEST_FLIGHT_STEP = 10.0  # of the time step at contact
+STEPS_BETWEEN_FORCES = 10  # the effects' force on the centre of mass changes little meanwhile
 
 TABLE_1 = "source paper, Table 1"
 CONTACT_LAWS = ("hertz_mindlin", "cohesive_frictional")
@@ -169,8 +170,9 @@ class SeedScene:
         ]
         O.dt = self.time_step
         self.step = O.step
-        places = ("contact", "restitution", "tangential_stiffness", "friction", "rolling", "force")
-        if any(place in self.effects for place in places):
+        places = ("contact", "restitution", "tangential_stiffness", "friction", "rolling")
+        self._at_contacts = any(place in self.effects for place in places)
+        if self._at_contacts or "force" in self.effects:
             self.step = self._step_with_effects
         self._momentum, self._twice_energy = None, 0.0
 
@@ -190,6 +192,11 @@ class SeedScene:
         from yade import O
 
         effects, state = self.effects, self.state
+        if "force" in effects and O.iter % STEPS_BETWEEN_FORCES == 0:
+            O.forces.setPermF(self.clump, self.force(state.vel))
+        if not self._at_contacts:
+            O.step()
+            return
         motion = state.pos, state.vel, state.angVel
         if "restitution" in effects:  # for the first step of a contact, in which only its functor can be told
             self.contacts.physics[0].betan.val = contacts.damping_ratio(self.restitution(self._approach()))
@@ -204,8 +211,6 @@ class SeedScene:
             self._limit_rolling(touching)
         if "rolling" in effects:
             O.forces.setPermT(self.clump, self._rolling_moment(touching))
-        if "force" in effects:
-            O.forces.setPermF(self.clump, self.force(state.vel))
 
     def _approach(self) -> float:
         """Normal approach speed (m/s) of the point of the seed nearest to a plate."""

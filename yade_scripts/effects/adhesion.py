@@ -6,7 +6,7 @@ EFFECT = {
     "formula": "F = 3/2 pi Gamma R at each member sphere that touches; sliding at mu (N + F), rolling at mu_r R (N + F)",
     "parameters": {
         "surface_energy": {
-            "absent": 0.0, "min": 0.0, "max": 5e-3, "physical": (0.0, 2e-3), "unit": "J/m2",
+            "absent": 0.0, "min": 0.0, "max": 2e-3, "physical": (0.0, 1e-3), "unit": "J/m2",
             "meaning": "Gamma, effective for the rough contact of a member sphere; a flat seed touches with six",
         },
     },

@@ -12,11 +12,11 @@ EFFECT = {
     },
     "sides": 2,
     "rigs": {
-        "rebound": "stout seeds lose less to spin",
+        "rebound": "the share of the fall that turns into spin, about the same at every height",
         "slope_slip": "stout seeds tip over before they slide",
         "inclined_roll": "stout seeds roll more readily and farther",
     },
-    "signature": "all drop heights change by about the same factor; the slip angle has a ceiling that friction does not lift",
+    "signature": "rebounds from all drop heights change by about the same factor; the slip angle has a ceiling that friction does not lift",
     "source": "Journal of Biology, Agriculture and Healthcare, article 43338 (measured proportions); "
     "Montaine et al. 2011, Physical Review E 84, 041306, doi:10.1103/PhysRevE.84.041306 (scatter by shape)",
 }  # fmt: skip
