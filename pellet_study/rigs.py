@@ -118,9 +118,7 @@ def case(
         complete[group] = defaults | _known(name, group, values or {}, known)
     complete["effects"] = {
         effect: absent | _known(name, effect, (effects or {}).get(effect, {}), absent)
-        for effect, absent in (
-            (e, {k: q["absent"] for k, q in values.items()}) for e, values in declared.effects.items()
-        )
+        for effect, absent in case_file.absent(vars(declared)).items()
     }
     _known(name, "effects", effects or {}, declared.effects)
     return complete

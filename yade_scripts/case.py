@@ -63,8 +63,15 @@ def columns(rig: dict) -> list[str]:
 def example(rig: dict) -> dict:
     """A complete case with every default."""
     groups = {group: {k: v["default"] for k, v in rig[group].items()} for group in GROUPS if group != "effects"}
-    effects = {e: {k: v["absent"] for k, v in values.items()} for e, values in rig["effects"].items()}
-    return {"id": "example", "contact_law": rig["contact_laws"][0], "seed": 0, **groups, "effects": effects}
+    return {"id": "example", "contact_law": rig["contact_laws"][0], "seed": 0, **groups, "effects": absent(rig)}
+
+
+def absent(rig: dict) -> dict:
+    """A rig's effects, none of them present: amounts at the value that means absent, shapes at their default."""
+    return {
+        effect: {name: quantity["absent" if "absent" in quantity else "default"] for name, quantity in values.items()}
+        for effect, values in rig["effects"].items()
+    }
 
 
 def check(case: dict, rig: dict) -> None:

@@ -18,9 +18,30 @@ from math import radians
 import numpy as np
 
 from yade_scripts import particles, seed_scene
+from yade_scripts.acting import Effects, declared
 from yade_scripts.case import Failed, quantity
+from yade_scripts.effects import (
+    adhesion,
+    air_drag,
+    load_dependent_friction,
+    plate_tilt,
+    reading_offset,
+    seed_shape,
+    speed_dependent_rolling,
+    tangential_compliance,
+)
 from yade_scripts.seed_scene import GRAVITY, SeedScene
 
+EFFECTS = (
+    adhesion,
+    air_drag,
+    speed_dependent_rolling,
+    load_dependent_friction,
+    tangential_compliance,
+    seed_shape,
+    reading_offset,
+    plate_tilt,
+)
 RIG = {
     "name": "inclined_roll",
     "contact_laws": seed_scene.CONTACT_LAWS,
@@ -30,7 +51,7 @@ RIG = {
         "release_distance_mm": quantity(400.0, 20.0, 600.0, "mm", "along the slope; inferred from Table 5"),
         "seed_length_mm": seed_scene.SEED_LENGTH,
     },
-    "effects": {},
+    "effects": declared(EFFECTS),
     "numerics": {
         **seed_scene.numerics(time_step_fraction=0.05, stiffness_scale=0.1),
         "rest_speed_mm_s": quantity(3.0, 0.01, 20.0, "mm/s", "at rest when slower for 20 ms, rotation included"),
@@ -50,11 +71,12 @@ def simulate(case: dict) -> dict:
     """One release; the distance in mm."""
     from yade import O, Quaternion
 
-    conditions = case["conditions"]
-    slope, release = radians(conditions["slope_deg"]), 1e-3 * conditions["release_distance_mm"]
+    conditions, effects = case["conditions"], Effects(EFFECTS, case)
+    slope = radians(effects.at("slope_deg", conditions["slope_deg"]))
+    release = 1e-3 * conditions["release_distance_mm"]
     turn = particles.about(1, slope)
     downhill, normal = turn[:, 0], turn[:, 2]
-    scene = SeedScene(case, turn @ particles.orientation(case["seed"]))
+    scene = SeedScene(case, turn @ particles.orientation(case["seed"]), effects=effects)
     scene.place(-release * downhill - seed_scene.lowest(scene.points, scene.radii, normal) * normal)
     buried = 0.5 * THICKNESS  # both plates run on below the other, so that the inner edge has no gap
     scene.plate((5 - buried, 0, -THICKNESS / 2), (5, 5, THICKNESS / 2))
@@ -76,4 +98,4 @@ def simulate(case: dict) -> dict:
             raise Failed(f"still moving {LONGEST:g} s after the release")
     if not np.isfinite(state.pos[0]) or state.pos[2] < 0:
         raise Failed("the seed went through the plate")
-    return {"roll_distance_mm": max(0.0, 1e3 * state.pos[0])}
+    return {"roll_distance_mm": effects.at("reading", max(0.0, 1e3 * state.pos[0]))}

@@ -16,7 +16,7 @@ _SEED_CENTRES_MM = (
 _SEED_RADIUS_MM = 0.5
 
 
-def alfalfa_seed(length_mm: float = SEED_LENGTH_MM) -> tuple[np.ndarray, np.ndarray]:
+def alfalfa_seed(length_mm: float = SEED_LENGTH_MM, aspect: float = 1.0) -> tuple[np.ndarray, np.ndarray]:
     """The alfalfa seed as six overlapping spheres.
 
     Length along x, width along y, thickness along z; the centroid is at the origin. All six spheres touch a plate the
@@ -27,6 +27,7 @@ def alfalfa_seed(length_mm: float = SEED_LENGTH_MM) -> tuple[np.ndarray, np.ndar
     Parameters
     ----------
     length_mm : seed length (mm); the other two dimensions scale with it. Range 1.5 to 3.
+    aspect : length over width, as a share of the measured one; the spheres' centres move along x
 
     Returns
     -------
@@ -35,6 +36,11 @@ def alfalfa_seed(length_mm: float = SEED_LENGTH_MM) -> tuple[np.ndarray, np.ndar
     """
     scale = 1e-3 * length_mm / SEED_LENGTH_MM
     centres = scale * np.array(_SEED_CENTRES_MM)
+    if aspect != 1:
+        scale /= aspect
+        half = max(x for x, _, _ in _SEED_CENTRES_MM)
+        stretch = (0.5 * SEED_LENGTH_MM * aspect - _SEED_RADIUS_MM) / half
+        centres = scale * np.array(_SEED_CENTRES_MM) * (stretch, 1, 1)
     return centres, np.full(len(centres), scale * _SEED_RADIUS_MM)
 
 
@@ -92,12 +98,14 @@ def mass_properties(centres: np.ndarray, radii: np.ndarray, density: float, line
 
 
 @lru_cache(maxsize=32)
-def seed_mass_properties(length_mm: float, density: float) -> tuple[float, tuple[float, float, float]]:
+def seed_mass_properties(
+    length_mm: float, density: float, aspect: float = 1.0
+) -> tuple[float, tuple[float, float, float]]:
     """Mass (kg) and principal moments of inertia (kg m2; about length, width, thickness) of the alfalfa seed.
 
     The seed is symmetric about all three coordinate planes, so its centre is the origin and its axes are principal.
     """
-    mass, _, inertia = mass_properties(*alfalfa_seed(length_mm), density)
+    mass, _, inertia = mass_properties(*alfalfa_seed(length_mm, aspect), density)
     return mass, tuple(np.diag(inertia))
 
 

@@ -3,11 +3,13 @@
 import numpy as np
 
 from yade_scripts import contacts, particles
-from yade_scripts.case import quantity
+from yade_scripts.acting import Effects
+from yade_scripts.case import Failed, quantity
 
 GRAVITY = 9.81  # m/s2
 REFERENCE_RESTITUTION = 0.25
 LONGEST_FLIGHT_STEP = 10.0  # of the time step at contact
+STEPS_BETWEEN_FORCES = 10  # the effects' force on the centre of mass changes little meanwhile
 
 TABLE_1 = "source paper, Table 1"
 CONTACT_LAWS = ("hertz_mindlin", "cohesive_frictional")
@@ -51,12 +53,22 @@ class SeedScene:
     case : a rig's complete case
     rotation : (3, 3) array, orientation of the seed
     added_mass : kg, a point mass at the seed's centre
+    effects : the effects present; none by default
+    fastest : m/s, speed of the fastest impact to come; asked for where restitution depends on speed
     """
 
-    def __init__(self, case: dict, rotation: np.ndarray, added_mass: float = 0.0):
+    def __init__(
+        self,
+        case: dict,
+        rotation: np.ndarray,
+        added_mass: float = 0.0,
+        effects: Effects | None = None,
+        fastest: float = 0.0,
+    ):
         from yade import O
 
         parameters, numerics = case["parameters"], case["numerics"]
+        self.effects = effects = effects or Effects((), case)
         softer = numerics["stiffness_scale"]
         seed, powder = (
             contacts.Material(
@@ -69,9 +81,11 @@ class SeedScene:
         pair = contacts.Pair(
             *(parameters[f"seed_powder_{k}"] for k in ("restitution", "static_friction", "rolling_friction"))
         )
-        length = case["conditions"]["seed_length_mm"]
-        centres, self.radii = particles.alfalfa_seed(length)
-        mass, inertia = particles.seed_mass_properties(length, seed.density)
+        self.pair = pair = effects.at("contact", pair)
+        length, aspect = case["conditions"]["seed_length_mm"], effects.at("aspect", 1.0)
+        centres, self.radii = particles.alfalfa_seed(length, aspect)
+        mass, inertia = particles.seed_mass_properties(length, seed.density, aspect)
+        self.volume = mass / seed.density
         self.mass = mass + added_mass
         self.inertia = np.array(inertia)
         self.rest_height = float(self.radii.max())  # of the centre above the plate, lying flat
@@ -83,8 +97,11 @@ class SeedScene:
         self.time_step = numerics["time_step_fraction"] * contacts.rayleigh_step(float(self.radii.min()), seed)
         if case["contact_law"] == "hertz_mindlin":  # a strong damper asks for shorter steps
             self.time_step *= min(
-                1.0, contacts.damping_ratio(REFERENCE_RESTITUTION) / contacts.damping_ratio(pair.restitution)
+                1.0,
+                contacts.damping_ratio(REFERENCE_RESTITUTION) / contacts.damping_ratio(self.restitution(fastest)),
             )
+        elif "restitution" in effects:
+            raise Failed(f"the {case['contact_law']} law has no restitution that could depend on speed")
         spring = numerics["rolling_spring"] * min(inertia) / self.time_step**2
         options = {"rolling_stiffness": spring}
         if case["contact_law"] == "cohesive_frictional":
@@ -100,8 +117,8 @@ class SeedScene:
             utils.sphere(tuple(point + position), radius, material=self.contacts.particle, color=(1, 1, 1))
             for point, radius in zip(self.points, self.radii, strict=True)
         ]
-        clump, members = O.bodies.appendClumped(spheres, discretization=0)
-        self.state = O.bodies[clump].state
+        self.clump, members = O.bodies.appendClumped(spheres, discretization=0)
+        self.state = O.bodies[self.clump].state
         self.local = self.points @ np.array(self.state.ori.toRotationMatrix())  # members in YADE's body axes
         self.plates = []
         axes = np.array(self.state.ori.toRotationMatrix()).T @ self.rotation
@@ -155,7 +172,117 @@ class SeedScene:
             self.newton,
         ]
         O.dt = self.time_step
+        self.step = O.step
+        places = ("contact", "restitution", "tangential_stiffness", "friction", "rolling")
+        self._at_contacts = any(place in self.effects for place in places)
+        if self._at_contacts or "force" in self.effects:
+            self.step = self._step_with_effects
         self._momentum, self._twice_energy = None, 0.0
+
+    def restitution(self, speed: float) -> float:
+        """Coefficient of restitution at a normal approach speed (m/s), kept inside the range of the contact law."""
+        base = self.pair.restitution
+        if "restitution" not in self.effects:
+            return base
+        return min(0.95, max(0.05, self.effects.at("restitution", base, speed)))
+
+    def force(self, velocity) -> tuple[float, float, float]:
+        """Force of the effects on the centre of mass (N) at a velocity (m/s)."""
+        return self.effects.at("force", (0.0, 0.0, 0.0), velocity, self.volume)
+
+    def _step_with_effects(self) -> None:
+        """One step; then what the effects make of the contacts and of the motion, in force from the next step on."""
+        from yade import O
+
+        effects, state = self.effects, self.state
+        if "force" in effects and O.iter % STEPS_BETWEEN_FORCES == 0:
+            O.forces.setPermF(self.clump, self.force(state.vel))
+        if not self._at_contacts:
+            O.step()
+            return
+        motion = state.pos, state.vel, state.angVel
+        if "restitution" in effects:  # for the first step of a contact, in which only its functor can be told
+            self.contacts.physics[0].betan.val = contacts.damping_ratio(self.restitution(self._approach()))
+        O.step()
+        touching = list(O.interactions)
+        for contact in touching:
+            if contact.iterMadeReal == O.iter - 1:
+                self._new_contact(contact, *motion)
+        if ("friction" in effects or "contact" in effects) and touching:
+            self._limit_friction(touching)
+        if "contact" in effects and self.pair.rolling_friction > 0:
+            self._limit_rolling(touching)
+        if "rolling" in effects:
+            O.forces.setPermT(self.clump, self._rolling_moment(touching))
+
+    def _approach(self) -> float:
+        """Normal approach speed (m/s) of the point of the seed nearest to a plate."""
+        from yade import Vector3
+
+        state = self.state
+        toward, nearest, speed = state.ori.conjugate(), np.inf, 0.0
+        for normal, level in self.plates:
+            across = np.array(toward * normal)
+            heights = self.local @ across - self.radii
+            lowest = int(heights.argmin())
+            gap = state.pos.dot(normal) - level + heights[lowest]
+            if gap < nearest:
+                arm = state.ori * Vector3(*(self.local[lowest] - self.radii[lowest] * across))
+                nearest, speed = gap, abs((state.vel + state.angVel.cross(arm)).dot(normal))
+        return speed
+
+    def _limit_friction(self, touching) -> None:
+        """Coulomb's limit mu (Fn + Fa) at each contact, mu by the seed's whole normal load, Fa the adhesion.
+
+        YADE's Mindlin law takes mu (|Fn| + Fa), which is too much at a contact in tension, Fn < 0.
+        """
+        mu = self.pair.static_friction
+        if "friction" in self.effects:
+            mu = self.effects.at("friction", mu, sum(contact.phys.normalForce.norm() for contact in touching))
+        for contact in touching:
+            phys, share = contact.phys, 1.0
+            if hasattr(phys, "adhesionForce"):
+                normal, adhesion = phys.normalForce.dot(contact.geom.normal), phys.adhesionForce
+                if normal < 0:
+                    share = max(0.0, adhesion + normal) / (adhesion - normal)
+            phys.tangensOfFrictionAngle = mu * share
+
+    def _limit_rolling(self, touching) -> None:
+        """Limit mu_r R (Fn + Fa) of the rolling moment at each contact, Fa the adhesion.
+
+        YADE's Mindlin law takes maxBendPl |Fn|. Where |Fn| is small against Fa it changes much within a step, so that
+        the limit of the step before does not serve: there it is held.
+        """
+        for contact in touching:
+            phys = contact.phys
+            if hasattr(phys, "adhesionForce"):
+                normal, adhesion = phys.normalForce.dot(contact.geom.normal), phys.adhesionForce
+                share = max(0.0, normal + adhesion) / max(abs(normal), 0.05 * adhesion)
+                phys.maxBendPl = self.pair.rolling_friction * self.rest_height * share
+
+    def _new_contact(self, contact, position, velocity, spin) -> None:
+        """Damping by the approach speed at the touch, and tangential stiffness; both stay for the contact's life."""
+        if "restitution" in self.effects:
+            velocity = velocity + spin.cross(contact.geom.contactPoint - position)
+            contact.phys.betan = contacts.damping_ratio(self.restitution(abs(velocity.dot(contact.geom.normal))))
+        if "tangential_stiffness" in self.effects:
+            stiffness = "kso" if hasattr(contact.phys, "kso") else "ks"
+            share = self.effects.at("tangential_stiffness", 1.0)
+            setattr(contact.phys, stiffness, share * getattr(contact.phys, stiffness))
+
+    def _rolling_moment(self, touching):
+        """Moment on the seed (N m) of the rolling friction beyond the constant one, against the rolling."""
+        from yade import Vector3
+
+        moment, spin, radius = Vector3(0, 0, 0), self.state.angVel, self.rest_height
+        for contact in touching:
+            normal = contact.geom.normal
+            rolling = spin - normal * spin.dot(normal)
+            rate = rolling.norm()
+            if rate > 0:
+                coefficient = self.effects.at("rolling", 0.0, rate * radius)
+                moment -= rolling * (coefficient * radius * contact.phys.normalForce.norm() / rate)
+        return moment
 
     def clearance(self) -> float:
         """Distance of the seed from the nearest plate, m."""
@@ -181,7 +308,7 @@ class SeedScene:
         fastest += max(1e-2, GRAVITY * steps * LONGEST_FLIGHT_STEP * self.time_step)  # more than gravity adds meanwhile
         free_steps = (self.clearance() - 1e-6) / (fastest * self.time_step)
         O.dt = self.time_step * min(max(1.0, free_steps / steps), LONGEST_FLIGHT_STEP)
-        step = O.step
+        step = self.step
         for _ in range(steps):
             step()
         momentum = Vector3(state.angMom)
@@ -202,6 +329,16 @@ class SeedScene:
         angle = turn.norm()
         if angle > 0:
             state.ori = state.ori * Quaternion(turn / angle, -angle)
+
+    def elastic_energy(self) -> float:
+        """Energy stored in the contacts per mass, m2/s2, sideways parts left out."""
+        from yade import O
+
+        stored = 0.0
+        for contact in O.interactions:
+            phys, overlap = contact.phys, max(0.0, contact.geom.penetrationDepth)
+            stored += 0.4 * phys.kno * overlap**2.5 if hasattr(phys, "kno") else 0.5 * phys.kn * overlap**2
+        return stored / self.mass
 
     def kinetic_energy(self) -> float:
         """Kinetic energy per mass, m2/s2, rotation included."""

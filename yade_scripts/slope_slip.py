@@ -17,9 +17,12 @@ if __name__ == "__main__":  # by hand: yade -x -n slope_slip.py cases.json obser
 from math import cos, pi, radians, sin
 
 from yade_scripts import particles, seed_scene
+from yade_scripts.acting import Effects, declared
 from yade_scripts.case import Failed, quantity
+from yade_scripts.effects import adhesion, load_dependent_friction, plate_tilt, reading_offset, seed_shape
 from yade_scripts.seed_scene import GRAVITY, SeedScene
 
+EFFECTS = (adhesion, load_dependent_friction, seed_shape, reading_offset, plate_tilt)
 RIG = {
     "name": "slope_slip",
     "contact_laws": seed_scene.CONTACT_LAWS,
@@ -28,7 +31,7 @@ RIG = {
         "seed_length_mm": seed_scene.SEED_LENGTH,
         "added_mass_mg": quantity(0.0, 0.0, 50.0, "mg", "a weight carried at the seed's centre"),
     },
-    "effects": {},
+    "effects": declared(EFFECTS),
     "numerics": {
         **seed_scene.numerics(time_step_fraction=0.1, stiffness_scale=1.0),
         "hold_ms": quantity(4.0, 1.0, 100.0, "ms", "time at each trial angle"),
@@ -41,29 +44,32 @@ RIG = {
 
 YAW_DEG = 10.0
 STEEPEST_DEG = 80.0
+TIPPED = 5e-3  # rad
+MOST_HOLDS = 10  # to bring a seed that was laid flat again to rest
 SLIDING = 1e-3  # share of the speed free of friction that tells sliding from creaking
 
 
 def simulate(case: dict) -> dict:
     """One seed; the angle in degrees."""
-    from yade import O
+    from yade import Vector3
 
-    numerics = case["numerics"]
+    numerics, effects = case["numerics"], Effects(EFFECTS, case)
     yaw = radians(YAW_DEG) * (2 * particles.even_points(case["seed"])[0] - 1)
-    scene = SeedScene(case, particles.about(2, yaw), 1e-6 * case["conditions"]["added_mass_mg"])
+    scene = SeedScene(case, particles.about(2, yaw), 1e-6 * case["conditions"]["added_mass_mg"], effects)
     scene.place((0, 0, scene.rest_height))
     scene.plate((0, 0, -0.005), (10, 10, 0.005))
     scene.start((0, 0, -GRAVITY))
     hold_steps = max(1, round(1e-3 * numerics["hold_ms"] / scene.time_step))
+    sliding = SLIDING * (GRAVITY * hold_steps * scene.time_step) * 0.5
 
     def tilt(angle_deg: float, steps: int) -> None:
         """Turn gravity smoothly from where it is to an angle, over so many steps."""
         for k in range(1, steps + 1):
             if k % 10 == 0 or k == steps:
                 part = 0.5 - 0.5 * cos(pi * k / steps)
-                angle = radians(tilt.angle_deg + part * (angle_deg - tilt.angle_deg))
+                angle = radians(effects.at("slope_deg", tilt.angle_deg + part * (angle_deg - tilt.angle_deg)))
                 scene.newton.gravity = (GRAVITY * sin(angle), 0, -GRAVITY * cos(angle))
-            O.step()
+            scene.step()
         tilt.angle_deg = angle_deg
 
     tilt.angle_deg = 0.0
@@ -72,20 +78,33 @@ def simulate(case: dict) -> dict:
         """Whether the seed is moving after a hold at an angle."""
         tilt(angle_deg, hold_steps)
         for _ in range(hold_steps):
-            O.step()
-        free = GRAVITY * hold_steps * scene.time_step
-        return scene.state.vel.norm() > SLIDING * free * 0.5
+            scene.step()
+        return scene.state.vel.norm() > sliding
 
     def settle(angle_deg: float) -> None:
-        """Bring the seed to rest at an angle that holds it."""
+        """Bring the seed to rest at an angle that holds it; one that has tipped over is laid flat again."""
+        from yade import O
+
         own, scene.newton.damping = scene.newton.damping, 0.5
         scene.state.vel, scene.state.angMom, scene.state.angVel = (0, 0, 0), (0, 0, 0), (0, 0, 0)
-        tilt(angle_deg, hold_steps)
-        for _ in range(hold_steps):
-            O.step()
+        tipped = (scene.state.ori * upright).cross(up).norm() > TIPPED
+        if tipped:
+            scene.state.pos, scene.state.ori = rest
+            O.interactions.clear()
+            tilt.angle_deg = angle_deg
+        for _ in range(MOST_HOLDS if tipped else 1):
+            tilt(angle_deg, hold_steps)
+            for _ in range(hold_steps):
+                scene.step()
+            if scene.state.vel.norm() < 0.1 * sliding:
+                break
         scene.newton.damping = own
 
+    up = Vector3(0, 0, 1)
+    upright = scene.state.ori.conjugate() * up
+    rest = scene.state.pos, scene.state.ori
     settle(0.0)
+    rest = scene.state.pos, scene.state.ori
     holds, slips = 0.0, STEEPEST_DEG
     if slides(holds):
         raise Failed("the seed moves on a level plate")
@@ -98,4 +117,4 @@ def simulate(case: dict) -> dict:
             holds = angle
     if slips == STEEPEST_DEG:
         raise Failed(f"no sliding up to {STEEPEST_DEG:g} deg")
-    return {"slip_angle_deg": 0.5 * (holds + slips)}
+    return {"slip_angle_deg": effects.at("reading", 0.5 * (holds + slips))}
