@@ -58,7 +58,8 @@ def write(results: Sequence[Calibrated], folder: Path, contact_law: str) -> str:
         result.sweep.round(6).to_csv(folder / f"sweep_{stage.rig}.csv", index=False, lineterminator="\n")
         rows, curve = _printed(stage.table)
         bench_figure.save(
-            bench_figure.sweep(result, *(rows if rows else (None, None)), curve), folder / "figures" / f"{stage.rig}.png"
+            bench_figure.sweep(result, *(rows if rows else (None, None)), curve),
+            folder / "figures" / f"{stage.rig}.png",
         )
         record = _stage(result)
         low, high = record.pop("interval")
@@ -144,13 +145,24 @@ def _precision(result: Calibrated) -> list[str]:
     if check is None:
         return []
     known = 100 * check.standard_error / measured
-    if known < 0.5:
-        return []
-    needed = int(np.ceil(check.n * (known / 0.5) ** 2 / 100) * 100)
-    return [
-        f"  the verification error is known to +- {known:.1f} % ({check.n} seeds scatter with {check.standard_error * np.sqrt(check.n):.3g});",
-        f"  to tell an error of 1 % from none takes a standard error of 0.5 %, about {needed} seeds (--effort)",
-    ]
+    curve_error = float(result.curve.standard_error(result.value))
+    difference = check.value - measured
+    both = float(np.hypot(check.standard_error, curve_error))
+    lines = []
+    if abs(difference) > 0.01 * measured:
+        share = abs(difference) / both
+        meaning = "what scatter gives" if share < 2 else "more than scatter: the parabola does not follow the rig there"
+        lines.append(
+            f"  verification is off by {difference:+.2f}: {share:.1f} times the standard error of that difference (curve"
+        )
+        lines.append(f"  {curve_error:.2f}, verification {check.standard_error:.2f}), {meaning}")
+    if known >= 0.5:
+        needed = int(np.ceil(check.n * (known / 0.5) ** 2 / 100) * 100)
+        one = check.standard_error * np.sqrt(check.n)
+        lines.append(
+            f"  one seed scatters with {one:.3g}: to know a mean to 0.5 % takes about {needed} seeds (--effort)"
+        )
+    return lines
 
 
 def _remark(result: Calibrated) -> list[str]:
