@@ -9,6 +9,8 @@ from pellet_study.errors import InputError
 EXAMPLES = """\
 TABLE.csv: factor columns in coded or physical units, the response in the last column; an empty response is a
 run that failed. A factor whose -1 is its higher level is given as --factor B=0.90,0.82.
+A column of -1, 0, 1 is coded already; of any other the least, middle and greatest value are -1, 0 and 1 unless
+--factor says otherwise (axial levels of -1.414 and 1.414: --factor A=-1,1 keeps them beyond the box).
 
 examples:
   pellet-study bbd surface.csv --factor B=0.90,0.82 --target 41.69 --uncertainty 0.79 --figures figures
@@ -64,13 +66,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict:
     """Analyse or design; prints the readable answer and returns the JSON one."""
     check_arguments(arguments)
+    if arguments.reduce is not None and not 0 < arguments.reduce < 1:
+        raise InputError(f"--reduce {arguments.reduce:g}: expected a p value between 0 and 1, such as 0.1")
+    if arguments.target_n is not None and not arguments.uncertainty:
+        raise InputError(
+            f"--target-n {arguments.target_n} needs the standard deviation of a reading of the target: give it with "
+            "--uncertainty, or leave --target-n out to take the target as known"
+        )
+    if arguments.verify and arguments.target is None:
+        raise InputError("--verify needs the response to be met: give --target")
     if arguments.design:
         return _design(arguments)
     from pellet_study.doe import answers, box_behnken, text
     from pellet_study.doe.design_table import read_design
-    from pellet_study.doe.factors import parse_factor
+    from pellet_study.doe.factors import parse_factors
 
-    table = read_design(arguments.table, [parse_factor(word) for word in arguments.factor], 5, arguments.ignore)
+    table = read_design(arguments.table, parse_factors(arguments.factor), 5, arguments.ignore)
     surface = box_behnken.analyse(table, arguments.alpha)
     warnings = text.surface_warnings(surface)
     print(text.surface_text(surface))
@@ -161,8 +172,6 @@ def _validate(arguments, answer: dict) -> None:
         answer["margin"] = arguments.declare_margin
     if not arguments.verify:
         return
-    if arguments.target is None:
-        raise InputError("--verify needs the response to be met: give --target")
     runs = validation.sample_of(_readings(arguments.verify))
     target = validation.Sample(arguments.target)
     if arguments.target_n is not None:
