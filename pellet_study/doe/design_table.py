@@ -270,12 +270,16 @@ def _check_levels(coded: pd.Series, values: pd.Series, lines, max_levels: int, s
 
 def _refuse_odd_level(coded: pd.Series, values: pd.Series, lines, source: str) -> None:
     """Name the row where a column would be a design's but for one run."""
-    counts = coded.round(6).value_counts()
-    single = counts.index[counts == 1]
-    if len(single) != 1 or len(counts) > 4:
+    counts = coded.round(6).value_counts().sort_index()
+    odd = [
+        level
+        for level in counts.index[counts == 1]
+        if len(counts) <= 4 and np.allclose(np.diff(counts.index.drop(level), 2), 0)
+    ]
+    if len(odd) != 1:
         return
-    row = int(np.argmax(coded.round(6) == single[0]))
-    others = ", ".join(f"{level:g}" for level in sorted(values[coded.round(6) != single[0]].unique()))
+    row = int(np.argmax(coded.round(6) == odd[0]))
+    others = ", ".join(f"{level:g}" for level in sorted(values[coded.round(6) != odd[0]].unique()))
     raise InputError(
         f"column {coded.name!r}, row {lines[row]} of {source}: {values.iloc[row]:g} is a level of that run alone; "
         f"expected one of {others}. Correct it, or give the levels with --factor"
@@ -294,6 +298,7 @@ def _distinct(coded: pd.Series) -> list[float]:
 def _check_three(coded: pd.Series, values: pd.Series, lines, source: str) -> None:
     off = np.abs(coded - np.clip(np.round(coded), -1, 1)).to_numpy()
     if (off > LEVEL_TOLERANCE).any():
+        _refuse_odd_level(coded, values, lines, source)
         row = int(np.argmax(off))
         raise InputError(
             f"column {coded.name!r}, row {lines[row]} of {source}: {values.iloc[row]:g} is "
