@@ -171,6 +171,8 @@ def test_two_factors_in_twelve_runs_have_a_detectable_effect():
     [
         (["--target", "41.69", "--target-n", "5"], "standard deviation"),
         (["--reduce", "5"], "--reduce 5"),
+        (["--predict", "Q=1"], "--predict"),
+        (["--drop", "QQ"], "no term"),
         (["--reduce", "-1"], "--reduce -1"),
         (["--factor", "B=0.9,0.82", "--factor", "B=1,2"], "2 times"),
     ],
