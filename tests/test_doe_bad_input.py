@@ -167,7 +167,8 @@ def test_two_columns_that_are_copies(tmp_path, capsys):
         ("1,1,3\n-1,1,4\n", "column names"),
         ("A,,y\n1,1,3\n", "no name"),
         ("y\n1\n2\n", "single column"),
-        ("A;B;y\n1;1;3,5\n", "cells"),
+        ("A;B;y\n1;1;3,5\n", "decimal point"),
+        ("A;B\ty\n1;1\t3\n", "save with commas"),
     ],
 )
 def test_broken_tables(tmp_path, capsys, content, expected):

@@ -35,8 +35,9 @@ def test_a_sphere(ball):
     found = target_set(ball, 0.25, 0.09)
     shell = 4 / 3 * np.pi * (0.34**1.5 - 0.16**1.5) / 8
     assert found.fraction == pytest.approx(shell, abs=1e-3)
-    for extent in found.extents:
-        assert extent.coded == pytest.approx((-0.5, 0.5), abs=1e-5)
+    for extent, sheet in zip(found.extents, found.sheet_extents, strict=True):
+        assert extent.coded == pytest.approx((-np.sqrt(0.34), np.sqrt(0.34)), abs=1e-5)
+        assert sheet.coded == pytest.approx((-0.5, 0.5), abs=1e-5)
     assert found.unidentified == []
     assert np.linalg.norm(found.coded) == pytest.approx(0.5, abs=1e-5)
     assert found.lowest == pytest.approx(0, abs=1e-6) and found.highest == pytest.approx(3, abs=1e-6)

@@ -158,7 +158,7 @@ def test_the_target_is_met_on_a_sheet(surface):
     found = target_set(surface, 41.69, 0.79)
     assert round(100 * found.fraction) == 27
     assert round(100 * found.fraction_one_percent, 1) == 14.7
-    extents = {e.name: [round(x, 3) for x in e.coded] for e in found.extents}
+    extents = {e.name: [round(x, 3) for x in e.coded] for e in found.sheet_extents}
     assert extents == {"B": [-1, 1], "C": [0.069, 1], "G": [-0.694, 0.683]}
     assert found.unidentified == ["B"]
     assert found.coded == pytest.approx([0.0275, 0.12764, 0.06235], abs=1e-4)

@@ -9,6 +9,8 @@ from pellet_study.errors import InputError
 EXAMPLES = """\
 TABLE.csv: factor columns in coded or physical units, the response in the last column; an empty response is a
 run that failed. A factor whose -1 is its higher level is given as --factor B=0.90,0.82.
+A column of -1, 0, 1 is coded already; of any other the least, middle and greatest value are -1, 0 and 1 unless
+--factor says otherwise (axial levels of -1.414 and 1.414: --factor A=-1,1 keeps them beyond the box).
 
 examples:
   pellet-study bbd surface.csv --factor B=0.90,0.82 --target 41.69 --uncertainty 0.79 --figures figures
@@ -64,21 +66,31 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict:
     """Analyse or design; prints the readable answer and returns the JSON one."""
     check_arguments(arguments)
+    if arguments.reduce is not None and not 0 < arguments.reduce < 1:
+        raise InputError(f"--reduce {arguments.reduce:g}: expected a p value between 0 and 1, such as 0.1")
+    if arguments.target_n is not None and not arguments.uncertainty:
+        raise InputError(
+            f"--target-n {arguments.target_n} needs the standard deviation of a reading of the target: give it with "
+            "--uncertainty, or leave --target-n out to take the target as known"
+        )
+    if arguments.verify and arguments.target is None:
+        raise InputError("--verify needs the response to be met: give --target")
     if arguments.design:
         return _design(arguments)
     from pellet_study.doe import answers, box_behnken, text
     from pellet_study.doe.design_table import read_design
-    from pellet_study.doe.factors import parse_factor
+    from pellet_study.doe.factors import parse_factors
 
-    table = read_design(arguments.table, [parse_factor(word) for word in arguments.factor], 5, arguments.ignore)
+    table = read_design(arguments.table, parse_factors(arguments.factor), 5, arguments.ignore)
     surface = box_behnken.analyse(table, arguments.alpha)
     warnings = text.surface_warnings(surface)
-    print(text.surface_text(surface))
+    parts = [text.surface_text(surface)]  # printed when all that was asked for could be answered
     answer = answers.surface_answer(surface)
-    used = _reduced(arguments, surface, answer)
-    _predict(arguments, used, answer, warnings)
-    found = _target(arguments, used, answer, warnings)
-    _validate(arguments, answer)
+    used = _reduced(arguments, surface, answer, parts)
+    _predict(arguments, used, answer, warnings, parts)
+    found = _target(arguments, used, answer, warnings, parts)
+    _validate(arguments, answer, parts)
+    print("\n\n".join(parts))
     answer["warnings"] = warnings
     warn(warnings)
     if arguments.figures:
@@ -94,7 +106,7 @@ def _design(arguments) -> dict:
     return write_design(box_behnken.design(factors, arguments.centre, arguments.face_centred), arguments.output)
 
 
-def _reduced(arguments, surface, answer: dict):
+def _reduced(arguments, surface, answer: dict, parts: list[str]):
     """The reduced model where one was asked for, else the full one: what predictions and the target use."""
     if arguments.drop is None and arguments.reduce is None:
         return surface
@@ -106,12 +118,12 @@ def _reduced(arguments, surface, answer: dict):
     if arguments.reduce is not None:
         reduced, more = box_behnken.reduce_backward(reduced, arguments.reduce)
         dropped += more
-    print(f"\nReduced model, without {', '.join(dropped) or 'nothing'}\n\n{text.surface_text(reduced)}")
+    parts.append(f"Reduced model, without {', '.join(dropped) or 'nothing'}\n\n{text.surface_text(reduced)}")
     answer["reduced"] = {"dropped": dropped, **answers.surface_answer(reduced)}
     return reduced
 
 
-def _predict(arguments, surface, answer: dict, warnings: list[str]) -> None:
+def _predict(arguments, surface, answer: dict, warnings: list[str], parts: list[str]) -> None:
     if not arguments.predict:
         return
     from pellet_study.doe import answers, text
@@ -126,26 +138,26 @@ def _predict(arguments, surface, answer: dict, warnings: list[str]) -> None:
             f"({', '.join(surface.table.names)})"
         )
     found = interval(surface.model, [[float(f.coded(levels[f.name])) for f in surface.table.factors]], surface.alpha)
-    print("\n" + text.prediction_text(levels, found))
+    parts.append(text.prediction_text(levels, found))
     if found.extrapolation:
         warnings.append(text.EXTRAPOLATION)
     answer["prediction"] = answers.interval_answer(found)
 
 
-def _target(arguments, surface, answer: dict, warnings: list[str]):
+def _target(arguments, surface, answer: dict, warnings: list[str], parts: list[str]):
     if arguments.target is None:
         return None
     from pellet_study.doe import answers, optimum, text
 
     found = optimum.target_set(surface, arguments.target, arguments.uncertainty, arguments.rule)
-    print("\n" + text.target_text(found))
+    parts.append(text.target_text(found))
     if found.prediction.extrapolation:
         warnings.append(text.EXTRAPOLATION)
     answer["optimum"] = answers.target_answer(found)
     return found
 
 
-def _validate(arguments, answer: dict) -> None:
+def _validate(arguments, answer: dict, parts: list[str]) -> None:
     """Declare the margin, or test the validation runs against the one declared."""
     path = arguments.margin_file or arguments.table.parent / "margin.json"
     from pellet_study.doe import answers, text, validation
@@ -157,18 +169,16 @@ def _validate(arguments, answer: dict) -> None:
             )
         with writing(path):
             validation.declare_margin(path, arguments.declare_margin, arguments.unit)
-        print(f"\nmargin {arguments.declare_margin:g} declared in {path}; make the runs, then --verify them")
+        parts.append(f"margin {arguments.declare_margin:g} declared in {path}; make the runs, then --verify them")
         answer["margin"] = arguments.declare_margin
     if not arguments.verify:
         return
-    if arguments.target is None:
-        raise InputError("--verify needs the response to be met: give --target")
     runs = validation.sample_of(_readings(arguments.verify))
     target = validation.Sample(arguments.target)
     if arguments.target_n is not None:
         target = validation.Sample(arguments.target, arguments.uncertainty, arguments.target_n)
     found = validation.equivalence(runs, target, validation.read_margin(path), arguments.alpha)
-    print("\n" + text.equivalence_text(found))
+    parts.append(text.equivalence_text(found))
     answer["validation"] = answers.equivalence_answer(found)
 
 

@@ -10,6 +10,8 @@ from pellet_study.errors import InputError
 EXAMPLES = """\
 TABLE.csv: factor columns in coded or physical units, the response in the last column; an empty response is a
 run that failed. Rows in any order, centre points and replicates welcome.
+Cells are separated by commas (or all by semicolons, or all by tabs); numbers have a decimal point.
+R2 and its kin leave out the curvature (the centre points), C.V. is in percent of the mean of all runs.
 
 examples:
   pellet-study pb screening.csv --figures figures --json answer.json
@@ -65,20 +67,27 @@ def add_table_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict:
     """Analyse, climb or design; prints the readable answer and returns the JSON one."""
     check_arguments(arguments)
+    if arguments.climb is None and (arguments.climb_step or arguments.climb_factors):
+        raise InputError("--climb-step and --climb-factors shape a path: give --climb gradient or --climb equal too")
     if arguments.design:
         return _design(arguments)
     from pellet_study.doe import answers, plackett_burman, text
     from pellet_study.doe.design_table import read_design
-    from pellet_study.doe.factors import parse_factor
+    from pellet_study.doe.factors import parse_factors
 
-    table = read_design(arguments.table, [parse_factor(word) for word in arguments.factor], 3, arguments.ignore)
+    table = read_design(arguments.table, parse_factors(arguments.factor), 3, arguments.ignore)
     screening = plackett_burman.analyse(table, arguments.alpha)
     warnings = text.screening_warnings(screening)
-    print(text.screening_text(screening))
     answer = {**answers.screening_answer(screening), "warnings": warnings}
-    climb = _climb(arguments, screening, answer)
-    if arguments.climb_runs:
-        _read_back(arguments, table, answer)
+    climb = _climb(arguments, screening)
+    turning = _turning(arguments, table, warnings)
+    print(text.screening_text(screening))
+    if climb:
+        print("\n" + text.climb_text(climb))
+        answer["climb"] = answers.climb_answer(climb)
+    if turning:
+        print("\n" + text.turning_text(turning))
+        answer["turning"] = answers.turning_answer(turning)
     warn(warnings)
     if arguments.figures:
         answer["figures"] = _figures(arguments, screening, climb)
@@ -117,7 +126,7 @@ def writing(path: Path):
     try:
         yield
     except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror}; give a place that can be written to") from None
+        raise InputError(f"cannot write {path}: {error.strerror or error}; give a place that can be written to") from None
 
 
 def write_design(frame, path: Path | None) -> dict:
@@ -140,17 +149,17 @@ def _design(arguments) -> dict:
     return write_design(plackett_burman.design(factors, arguments.runs, arguments.centre), arguments.output)
 
 
-def _climb(arguments, screening, answer: dict):
+def _climb(arguments, screening):
     """The path asked for, if any."""
     if arguments.climb is None:
         return None
-    from pellet_study.doe import answers, steepest_climb, text
+    from pellet_study.doe import steepest_climb
     from pellet_study.doe.factors import parse_levels, parse_range
 
     names = arguments.climb_factors.split(",") if arguments.climb_factors else None
     model, factors = steepest_climb.first_order_model(screening, names)
     step = next(iter(parse_levels(arguments.climb_step).items())) if arguments.climb_step else None
-    climb = steepest_climb.path(
+    return steepest_climb.path(
         model,
         factors,
         points=arguments.climb_points,
@@ -161,21 +170,27 @@ def _climb(arguments, screening, answer: dict):
         ascend=not arguments.descend,
         alpha=arguments.alpha,
     )
-    print("\n" + text.climb_text(climb))
-    answer["climb"] = answers.climb_answer(climb)
-    return climb
 
 
-def _read_back(arguments, table, answer: dict) -> None:
-    from pellet_study.doe import answers, steepest_climb, text
-    from pellet_study.doe.design_table import read_numbers
+def _turning(arguments, table, warnings: list[str]):
+    """Where the runs made on the path turned, if any were given."""
+    if arguments.climb_runs is None:
+        return None
+    from pellet_study.doe import steepest_climb
+    from pellet_study.doe.design_table import read_numbers, read_rows
 
-    runs, _, _ = read_numbers(arguments.climb_runs, [])
+    header, _ = read_rows(arguments.climb_runs)
+    runs, _, notes = read_numbers(arguments.climb_runs, [name for name in arguments.ignore if name in header])
+    unknown = [name for name in runs.columns[:-1] if name not in table.names]
+    if unknown:
+        raise InputError(
+            f"{arguments.climb_runs} has the columns {', '.join(unknown)}, which are no factors of the table "
+            f"({', '.join(table.names)}): expected factors, then the response; leave others out with --ignore"
+        )
+    warnings += [f"{arguments.climb_runs.name}: {note}" for note in notes]
     units = {factor.name: factor.unit for factor in table.factors}
     ascend = not (arguments.descend or arguments.lowest)
-    turning = steepest_climb.turning(runs, arguments.target, ascend, units)
-    print("\n" + text.turning_text(turning))
-    answer["turning"] = answers.turning_answer(turning)
+    return steepest_climb.turning(runs, arguments.target, ascend, units)
 
 
 def _figures(arguments, screening, climb) -> list[str]:
@@ -183,7 +198,7 @@ def _figures(arguments, screening, climb) -> list[str]:
 
     drawn = {
         "pareto": figures.pareto(screening, arguments.unit),
-        "half_normal": figures.half_normal(screening.effects, screening.lenth, arguments.unit),
+        "half_normal": figures.half_normal(screening.effects, screening.lenth, arguments.unit, screening.noise_contrasts),
     }
     if climb is not None:
         drawn["climb"] = figures.climb_path(climb, arguments.unit, target=arguments.target)

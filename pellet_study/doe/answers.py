@@ -7,7 +7,7 @@ import pandas as pd
 
 from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.linear_model import Interval
-from pellet_study.doe.optimum import RULES, TargetSet
+from pellet_study.doe.optimum import TargetSet
 from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.plackett_burman import vif as screening_vif
 from pellet_study.doe.steepest_climb import Climb, Turning
@@ -65,6 +65,7 @@ def screening_answer(screening: Screening) -> dict:
             "curvature": screening.curvature,
             "detectable_effects": screening.detectable_effects,
             "power": screening.power,
+            "noise_contrasts": screening.noise_contrasts,
             "aliases": screening.aliases,
             "orthogonal": screening.orthogonal,
             "standard_error_inflation": screening.standard_error_inflation,
@@ -81,6 +82,8 @@ def surface_answer(surface: Surface) -> dict:
             **_common(surface),
             "coefficients_physical": surface.physical_coefficients,
             "press": surface.press,
+            "orthogonal": surface.orthogonal,
+            "standard_error_inflation": surface.standard_error_inflation,
             "adequate_precision": surface.adequate_precision,
             "vif": surface.vif,
             "leverage": surface.runs.leverage,
@@ -114,14 +117,16 @@ def target_answer(found: TargetSet) -> dict:
             "target": found.target,
             "uncertainty": found.uncertainty,
             "reachable": found.reachable,
+            "reachable_within_uncertainty": found.reachable_within_uncertainty,
             "lowest": found.lowest,
             "highest": found.highest,
             "fraction_of_box": found.fraction,
             "fraction_within_one_percent": found.fraction_one_percent,
             "fraction_not_excluded": found.fraction_not_excluded,
             "extents": found.extents,
+            "sheet_extents": found.sheet_extents,
             "unidentified": found.unidentified,
-            "rule": RULES[found.rule],
+            "rule": found.rule_in_words,
             "coded": dict(zip(names, found.coded, strict=True)),
             "physical": found.physical,
             "prediction": found.prediction,
@@ -144,6 +149,7 @@ def climb_answer(climb: Climb) -> dict:
             "points": climb.points,
             "predicted": climb.predicted,
             "prediction_intervals": climb.prediction_intervals,
+            "points_asked": climb.points_asked,
             "equal_steps": climb.equal_steps,
             "angle_to_gradient_deg": climb.angle_to_gradient_deg,
         }

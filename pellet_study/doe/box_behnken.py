@@ -21,6 +21,7 @@ from pellet_study.doe.linear_model import (
     LinearFit,
     anova_row,
     fit,
+    near_zero,
     physical_coefficients,
     press,
     pure_error,
@@ -153,6 +154,19 @@ class Surface:
         return _scaled(self.model)
 
     @property
+    def standard_error_inflation(self) -> dict[str, float]:
+        """{main effect or interaction: standard error relative to one orthogonal to the other terms}.
+
+        1 in a complete design; the squares are never orthogonal and have their VIF only.
+        """
+        products = {name for name, indices in self.model.terms.items() if len(indices) == len(set(indices))}
+        return {name: float(np.sqrt(value)) for name, value in self.vif.items() if name in products}
+
+    @property
+    def orthogonal(self) -> bool:
+        return max(self.standard_error_inflation.values(), default=1.0) < 1 + 1e-6
+
+    @property
     def p(self) -> dict[str, float | None]:
         """{term: p value of its partial F test}."""
         return {row["source"]: row["p"] for row in self.anova if row["source"] in self.model.terms}
@@ -203,7 +217,7 @@ def fit_surface(table: DesignTable, terms: dict[str, tuple[int, ...]], alpha: fl
         r2_adjusted=None if variance is None else 1 - variance / (total / (len(model.response) - 1)),
         r2_predicted=None if squares is None or variance is None else 1 - squares / total,
         press=None if variance is None else squares,
-        cv_percent=100 * float(np.sqrt(variance)) / mean if variance is not None and mean else None,
+        cv_percent=100 * float(np.sqrt(variance)) / mean if variance is not None and not near_zero(mean, model.response) else None,
         adequate_precision=_adequate_precision(model),
         lack_of_fit_p=lack_of_fit_p,
         pure_error_df=pure_df,

@@ -60,7 +60,7 @@ def read_rows(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
         raise InputError(f"cannot read the table {path}: {error.strerror}; give the path of a CSV file") from None
     except UnicodeDecodeError:
         raise InputError(f"the table {path} is not UTF-8 text; save it as CSV (UTF-8)") from None
-    rows = csv.reader(content.splitlines())
+    rows = csv.reader(content.splitlines(), delimiter=_separator(content))
     lines = [(rows.line_num, [cell.strip() for cell in row]) for row in rows]
     lines = [(number, row) for number, row in lines if any(row)]
     if len(lines) < 2:
@@ -70,9 +70,20 @@ def read_rows(path: Path) -> tuple[list[str], list[tuple[int, list[str]]]]:
         if len(row) != len(header):
             raise InputError(
                 f"row {number} of {path} has {len(row)} cells where the header has {len(header)}: expected "
-                "one cell a column, separated by commas (decimal point, not comma)"
+                "one cell a column, separated as the header is (decimal point, not comma)"
             )
     return header, lines[1:]
+
+
+def _separator(content: str) -> str:
+    """What separates the cells of the header: a comma, or where it has none a semicolon or a tab."""
+    header = next((line for line in content.splitlines() if line.strip()), "")
+    if "," in header:
+        return ","
+    others = [sign for sign in ";\t" if sign in header]
+    if len(others) > 1:
+        raise InputError("the header has both ';' and tabs between its cells: expected one separator; save with commas")
+    return others[0] if others else ","
 
 
 def _checked_header(header: list[str], path: Path) -> None:
@@ -129,7 +140,7 @@ def read_numbers(path: Path, ignore: list[str] = ()) -> tuple[pd.DataFrame, list
             if not _is_number(row[i]):
                 raise InputError(
                     f"column {header[i]!r}, row {number} of {path}: {row[i]!r} is not a number; expected a "
-                    "level of the factor or the measured response (leave the response of a failed run empty)"
+                    "level of the factor or the measured response with a decimal point (leave the response of a failed run empty)"
                 )
         values.append([float(row[i]) for i in keep])
         lines.append(number)
@@ -143,8 +154,9 @@ def read_numbers(path: Path, ignore: list[str] = ()) -> tuple[pd.DataFrame, list
 def read_design(path: Path, factors: list[Factor] = (), max_levels: int = 3, ignore: list[str] = ()) -> DesignTable:
     """The table of a design with its levels coded.
 
-    A factor whose values are -1, 0, 1 is coded already; another is coded min -> -1, middle -> 0, max -> 1,
-    unless `factors` says otherwise (as for a factor whose -1 is its higher physical level).
+    A factor whose values are -1, 0, 1 is coded already; another (also one with axial levels such as -1.414) is
+    coded min -> -1, middle -> 0, max -> 1, unless `factors` says otherwise (as for a factor whose -1 is its higher
+    physical level, or axial levels beyond A=-1,1).
 
     Parameters
     ----------
@@ -218,9 +230,8 @@ def _looks_like_a_factor(frame: pd.DataFrame) -> bool:
 
 
 def _is_coded(values: pd.Series) -> bool:
-    """Whether a column holds coded levels: -1 and 1, besides them at most 0 and a pair of axial levels."""
-    levels = set(values.round(6))
-    return {-1.0, 1.0} <= levels and levels == {-level for level in levels} and max(levels) < 3
+    """Whether a column holds coded levels: -1 and 1, besides them at most 0."""
+    return {-1.0, 1.0} <= set(values.round(6)) <= {-1.0, 0.0, 1.0}
 
 
 def _factor_of(values: pd.Series, given: Factor | None, lines, source) -> Factor:
@@ -246,6 +257,7 @@ def _coded_column(values: pd.Series, factor: Factor) -> np.ndarray:
 def _check_levels(coded: pd.Series, values: pd.Series, lines, max_levels: int, source: str) -> None:
     levels = _distinct(coded)
     if len(levels) > max_levels:
+        _refuse_odd_level(coded, values, lines, source)
         raise InputError(
             f"column {coded.name!r} of {source} has {len(levels)} different values (row {lines[0]}: "
             f"{values.iloc[0]:g}, row {lines[1]}: {values.iloc[1]:g}, ...): not a design; expected at most "
@@ -254,6 +266,24 @@ def _check_levels(coded: pd.Series, values: pd.Series, lines, max_levels: int, s
         )
     if len(levels) <= 3:
         _check_three(coded, values, lines, source)
+
+
+def _refuse_odd_level(coded: pd.Series, values: pd.Series, lines, source: str) -> None:
+    """Name the row where a column would be a design's but for one run."""
+    counts = coded.round(6).value_counts().sort_index()
+    odd = [
+        level
+        for level in counts.index[counts == 1]
+        if len(counts) <= 4 and np.allclose(np.diff(counts.index.drop(level), 2), 0)
+    ]
+    if len(odd) != 1:
+        return
+    row = int(np.argmax(coded.round(6) == odd[0]))
+    others = ", ".join(f"{level:g}" for level in sorted(values[coded.round(6) != odd[0]].unique()))
+    raise InputError(
+        f"column {coded.name!r}, row {lines[row]} of {source}: {values.iloc[row]:g} is a level of that run alone; "
+        f"expected one of {others}. Correct it, or give the levels with --factor"
+    )
 
 
 def _distinct(coded: pd.Series) -> list[float]:
@@ -268,6 +298,7 @@ def _distinct(coded: pd.Series) -> list[float]:
 def _check_three(coded: pd.Series, values: pd.Series, lines, source: str) -> None:
     off = np.abs(coded - np.clip(np.round(coded), -1, 1)).to_numpy()
     if (off > LEVEL_TOLERANCE).any():
+        _refuse_odd_level(coded, values, lines, source)
         row = int(np.argmax(off))
         raise InputError(
             f"column {coded.name!r}, row {lines[row]} of {source}: {values.iloc[row]:g} is "

@@ -63,7 +63,7 @@ def _margins(axes, screening: Screening) -> None:
         error = 2 * max(value for name, value in screening.model.standard_errors.items() if name in screening.effects)
         limit = float(stdtrit(screening.model.df_residual, 1 - screening.alpha / 2) * error)
         axes.axvline(limit, color=ACCENT, linestyle="--", label=f"t test, level {screening.alpha:g}")
-    if screening.lenth:
+    if screening.lenth and screening.lenth.assumption_met:
         axes.axvline(screening.lenth.margin_of_error, color="black", linestyle=":", label="Lenth's margin of error")
 
 
@@ -78,18 +78,31 @@ def _legend_of_signs(axes) -> None:
     axes.legend(handles=signs + handles, fontsize=8, loc="lower right")
 
 
-def half_normal(effects: dict[str, float], lenth: Lenth | None = None, unit: str = ""):
-    """Half-normal plot: noise lies on a line through the origin, what acts stands to its right."""
+def half_normal(effects: dict[str, float], lenth: Lenth | None = None, unit: str = "", noise=()):
+    """Half-normal plot: noise lies on a line through the origin, what acts stands to its right.
+
+    `noise` are the contrasts of the design's unused columns: grey and without names, ranked with the others.
+    """
     from scipy.special import ndtri
 
     figure, axes = new_axes()
-    names = sorted(effects, key=lambda name: abs(effects[name]))
-    sizes = np.array([abs(effects[name]) for name in names])
+    ranked = sorted([(abs(size), name) for name, size in effects.items()] + [(abs(size), "") for size in noise])
+    sizes, named = np.array([size for size, _ in ranked]), np.array([bool(name) for _, name in ranked])
     quantiles = ndtri(0.5 + 0.5 * (np.arange(1, len(sizes) + 1) - 0.5) / len(sizes))
-    axes.plot(sizes, quantiles, "o", color=DARK, markersize=7)
-    for name, size, quantile in zip(names, sizes, quantiles, strict=True):
-        axes.annotate(name, (size, quantile), (7, -4), textcoords="offset points", fontsize=9)
-    if lenth and lenth.pseudo_standard_error:
+    if len(noise):
+        axes.plot(sizes[~named], quantiles[~named], "s", color="0.6", markersize=6, label="unused columns of the design")
+    axes.plot(sizes[named], quantiles[named], "o", color=DARK, markersize=7)
+    for (size, name), quantile in zip(ranked, quantiles, strict=True):
+        left = size > 0.6 * sizes[-1]
+        axes.annotate(
+            name,
+            (size, quantile),
+            (-8 if left else 8, -4),
+            textcoords="offset points",
+            fontsize=9,
+            ha="right" if left else "left",
+        )
+    if lenth and lenth.pseudo_standard_error and lenth.assumption_met:
         spread = lenth.pseudo_standard_error
         top = quantiles[-1] * 1.1
         axes.plot(
@@ -100,12 +113,13 @@ def half_normal(effects: dict[str, float], lenth: Lenth | None = None, unit: str
             label="noise of Lenth's pseudo standard error",
         )
         axes.axvline(lenth.margin_of_error, color=ACCENT, linestyle="--", label="Lenth's margin of error")
+    if axes.get_legend_handles_labels()[0]:
         axes.legend(fontsize=8, loc="lower right")
     axes.set_xlabel(with_unit("size of the effect", unit))
     axes.set_ylabel("half-normal quantile")
+    axes.margins(x=0.1, y=0.08)
     axes.set_xlim(left=0)
     axes.set_ylim(bottom=0)
-    axes.margins(x=0.1)
     return figure
 
 
@@ -151,12 +165,16 @@ def _plane(surface: Surface, pair, rest):
 
 
 def _draw_target(axes, x, y, z, found: TargetSet | None) -> None:
-    if found is None or not z.min() <= found.target <= z.max():
+    if found is None:
         return
-    if found.uncertainty:
-        band = [found.target - found.uncertainty, found.target + found.uncertainty]
+    band = [found.target - found.uncertainty, found.target + found.uncertainty]
+    if found.uncertainty and z.min() <= band[1] and z.max() >= band[0]:
         axes.contourf(x, y, z, levels=band, colors="none", hatches=["//"])
-        axes.contour(x, y, z, levels=band, colors="white", linewidths=1.0, linestyles="--")
+        inside = [level for level in band if z.min() <= level <= z.max()]
+        if inside:
+            axes.contour(x, y, z, levels=inside, colors="white", linewidths=1.0, linestyles="--")
+    if not z.min() <= found.target <= z.max():
+        return
     axes.contour(x, y, z, levels=[found.target], colors="white", linewidths=5)
     axes.contour(x, y, z, levels=[found.target], colors="black", linewidths=2.4)
 

@@ -233,9 +233,18 @@ def anova_row(source, sum_of_squares, df, variance=None, df_error=0) -> dict:
 
 
 def pure_error(coded, response) -> tuple[float, int]:
-    """Sum of squares and degrees of freedom within replicated runs."""
-    groups = pd.Series(np.asarray(response)).groupby([pd.Series(c).round(6) for c in np.asarray(coded).T])
-    return float(((groups.count() - 1) * groups.var(ddof=1).fillna(0)).sum()), int((groups.count() - 1).sum())
+    """Sum of squares and degrees of freedom within replicated runs; exactly 0 where they differ by rounding only."""
+    response = np.asarray(response, dtype=float)
+    groups = pd.Series(response).groupby([pd.Series(c).round(6) for c in np.asarray(coded).T])
+    within = response - groups.transform("mean").to_numpy()
+    differ = np.abs(within).max() > 1e-12 * np.abs(response).max()
+    squares = float(((groups.count() - 1) * groups.var(ddof=1).fillna(0)).sum()) if differ else 0.0
+    return squares, int((groups.count() - 1).sum())
+
+
+def near_zero(mean: float, response) -> bool:
+    """Whether a mean is zero but for rounding, so that nothing can be given in percent of it."""
+    return abs(mean) <= 1e-9 * float(np.abs(response).max())
 
 
 def press(model: LinearFit) -> float | None:

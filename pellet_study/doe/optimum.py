@@ -54,17 +54,22 @@ class TargetSet:
     target, uncertainty : float
         In the response's unit.
     reachable : bool
-        Whether the predicted response takes the target somewhere in the box.
+        Whether the predicted response takes the target itself somewhere in the box.
+    reachable_within_uncertainty : bool
+        Whether it comes as near to it as the uncertainty.
     lowest, highest : float
         Predicted response over the box.
     fraction : float
         Share of the box whose predicted response lies within +- uncertainty of the target.
     fraction_one_percent : float
         The same within 1 % of the target.
-    fraction_not_excluded : float
-        Share where target and prediction differ by no more than both uncertainties together.
+    fraction_not_excluded : float or None
+        Share where target and prediction differ by no more than both uncertainties together; None where the fit
+        leaves no residual and so has no uncertainty.
     extents : list of Extent
-        Empty where the target is not reachable.
+        Of the settings within +- uncertainty (the sheet where it is 0); empty where there are none.
+    sheet_extents : list of Extent
+        Of the settings that take the target exactly; empty where it is not reachable.
     rule : str
         A key of `RULES`.
     coded : ndarray (n_factors,)
@@ -80,12 +85,14 @@ class TargetSet:
     target: float
     uncertainty: float
     reachable: bool
+    reachable_within_uncertainty: bool
     lowest: float
     highest: float
     fraction: float
     fraction_one_percent: float
-    fraction_not_excluded: float
+    fraction_not_excluded: float | None
     extents: list[Extent]
+    sheet_extents: list[Extent]
     rule: str
     coded: np.ndarray
     physical: dict[str, float]
@@ -94,7 +101,13 @@ class TargetSet:
 
     @property
     def unidentified(self) -> list[str]:
+        """Factors whose whole range meets the target within its uncertainty."""
         return [extent.name for extent in self.extents if extent.unidentified]
+
+    @property
+    def rule_in_words(self) -> str:
+        """How the recommended point was picked."""
+        return RULES[self.rule] if self.reachable else "nearest to the target in predicted response"
 
 
 def target_set(surface: Surface, target: float, uncertainty: float = 0.0, rule: str = "centre") -> TargetSet:
@@ -122,24 +135,32 @@ def target_set(surface: Surface, target: float, uncertainty: float = 0.0, rule: 
     distance = np.abs(predicted - target)
     lowest, highest = (_extreme(surface, sample, predicted, sign) for sign in (1, -1))
     reachable = lowest <= target <= highest
+    within = lowest <= target + uncertainty and highest >= target - uncertainty
     coded = _recommended(surface, sample, distance, target, rule, reachable)
-    variance = _squared_half_width(surface, surface.model.leverage(sample))
+    sheet = _extents(surface, sample, distance, target) if reachable else []
+    extents = _widened(surface, sample, distance, target, uncertainty, coded, sheet) if within else []
+    not_excluded = None
+    if not surface.saturated:
+        variance = _squared_half_width(surface, surface.model.leverage(sample))
+        not_excluded = _fraction(distance, uncertainty**2 + variance)
     return TargetSet(
         surface=surface,
         target=float(target),
         uncertainty=float(uncertainty),
         reachable=reachable,
+        reachable_within_uncertainty=within,
         lowest=lowest,
         highest=highest,
         fraction=float(np.mean(distance <= uncertainty)),
         fraction_one_percent=float(np.mean(distance <= 0.01 * abs(target))),
-        fraction_not_excluded=float(np.mean(distance**2 <= uncertainty**2 + variance)),
-        extents=_extents(surface, sample, distance, target) if reachable else [],
+        fraction_not_excluded=not_excluded,
+        extents=extents,
+        sheet_extents=sheet,
         rule=rule,
         coded=coded,
         physical={f.name: float(f.physical(x)) for f, x in zip(surface.table.factors, coded, strict=True)},
         prediction=interval(surface.model, coded, surface.alpha),
-        measurements=_measurements(surface, sample, distance, uncertainty, coded) if reachable else [],
+        measurements=_measurements(surface, sample, distance, uncertainty, coded) if within else [],
     )
 
 
@@ -150,25 +171,37 @@ def _sample(n_factors: int) -> np.ndarray:
     return 2 * Sobol(n_factors, scramble=False).random_base2(SAMPLE_POWER) - 1
 
 
-def _minimise(surface: Surface, objective, jacobian, start, target=None) -> np.ndarray:
-    """A minimum of the objective over the box, on the target's sheet where a target is given."""
+def _minimise(surface: Surface, objective, jacobian, start, target=None, uncertainty: float = 0.0) -> np.ndarray:
+    """A minimum of the objective over the box, within +- uncertainty of the target where one is given."""
     from scipy.optimize import minimize
 
-    constraint = {
-        "type": "eq",
-        "fun": lambda x: surface.model.predict(x)[0] - target,
-        "jac": lambda x: surface.model.gradient(x)[0],
-    }
+    constraints = []
+    if target is not None and not uncertainty:
+        constraints = [_constraint(surface, "eq", 1, -target)]
+    elif target is not None:
+        constraints = [
+            _constraint(surface, "ineq", 1, uncertainty - target),
+            _constraint(surface, "ineq", -1, uncertainty + target),
+        ]
     found = minimize(
         objective,
         np.clip(start, -1, 1),
         jac=jacobian,
         bounds=[(-1, 1)] * len(start),
-        constraints=[] if target is None else [constraint],
+        constraints=constraints,
         method="SLSQP",
         options={"maxiter": 200, "ftol": 1e-12},
     )
     return np.clip(found.x, -1, 1)
+
+
+def _constraint(surface: Surface, kind: str, sign: int, offset: float) -> dict:
+    """sign * response + offset is 0 ("eq") or not negative ("ineq")."""
+    return {
+        "type": kind,
+        "fun": lambda x: sign * surface.model.predict(x)[0] + offset,
+        "jac": lambda x: sign * surface.model.gradient(x)[0],
+    }
 
 
 def _extreme(surface: Surface, sample, predicted, sign: int) -> float:
@@ -192,9 +225,9 @@ def _near(distance: np.ndarray) -> np.ndarray:
     return np.argsort(distance)[: len(distance) // 100]
 
 
-def _on_target(surface: Surface, point, target: float) -> bool:
+def _on_target(surface: Surface, point, target: float, uncertainty: float = 0.0) -> bool:
     scale = max(1e-9, float(np.ptp(surface.model.response)))
-    return abs(surface.model.predict(point)[0] - target) < 1e-5 * scale
+    return abs(surface.model.predict(point)[0] - target) < uncertainty + 1e-5 * scale
 
 
 def _extents(surface: Surface, sample, distance, target: float) -> list[Extent]:
@@ -202,17 +235,40 @@ def _extents(surface: Surface, sample, distance, target: float) -> list[Extent]:
     near = sample[_near(distance)]
     extents = []
     for i, factor in enumerate(surface.table.factors):
-        unit = np.eye(len(surface.table.factors))[i]
         ends = []
         for sign in (1, -1):
-            starts = near[np.argsort(sign * near[:, i])[[0, 1, 2, len(near) // 20]]]
-            found = [
-                _minimise(surface, lambda x, s=sign, j=i: s * x[j], lambda x, s=sign, e=unit: s * e, x, target)
-                for x in starts
-            ]
-            values = [x[i] for x in found if _on_target(surface, x, target)] or [starts[0, i]]
-            ends.append(float(min(values) if sign > 0 else max(values)))
-        extents.append(Extent(factor.name, tuple(ends), tuple(float(factor.physical(end)) for end in ends)))
+            values = _ends(surface, near, i, sign, target) or [sign * (sign * near[:, i]).min()]
+            ends.append(float(sign * min(sign * x for x in values)))
+        extents.append(_extent(factor, ends))
+    return extents
+
+
+def _extent(factor, ends) -> Extent:
+    return Extent(factor.name, tuple(ends), tuple(float(factor.physical(end)) for end in ends))
+
+
+def _ends(surface: Surface, points, i: int, sign: int, target: float, uncertainty: float = 0.0) -> list[float]:
+    """Lowest (sign 1) or highest (sign -1) levels of factor i on the target, from several outermost points."""
+    unit = np.eye(len(surface.table.factors))[i]
+    places = np.minimum([0, 1, 2, len(points) // 20], len(points) - 1)
+    starts = points[np.argsort(sign * points[:, i])[places]]
+    found = [
+        _minimise(surface, lambda x: sign * x[i], lambda x: sign * unit, x, target, uncertainty) for x in starts
+    ]
+    return [float(x[i]) for x in found if _on_target(surface, x, target, uncertainty)]
+
+
+def _widened(surface: Surface, sample, distance, target, uncertainty, recommended, sheet) -> list[Extent]:
+    """Range of every factor on the settings within +- uncertainty; at least the sheet and the sample points."""
+    if not uncertainty:
+        return sheet
+    inside = np.vstack([sample[distance <= uncertainty], recommended])
+    extents = []
+    for i, factor in enumerate(surface.table.factors):
+        known = [*inside[:, i], *(sheet[i].coded if sheet else ())]
+        low = min([*known, *_ends(surface, inside, i, 1, target, uncertainty)])
+        high = max([*known, *_ends(surface, inside, i, -1, target, uncertainty)])
+        extents.append(_extent(factor, [float(low), float(high)]))
     return extents
 
 
@@ -245,17 +301,20 @@ def _objective(surface: Surface, rule: str):
 
 
 def _squared_half_width(surface: Surface, leverage) -> np.ndarray:
-    """Squared half width of the confidence interval of the mean; 0 where the model leaves no residual."""
+    """Squared half width of the confidence interval of the mean; for a model that leaves a residual."""
     variance, df = surface.model.mean_square_error, surface.model.df_residual
-    if not variance:
-        return np.zeros_like(leverage)
     from scipy.special import stdtrit
 
     return stdtrit(df, 1 - surface.alpha / 2) ** 2 * variance * leverage
 
 
 def _measurements(surface: Surface, sample, distance, uncertainty: float, recommended) -> list[Measurement]:
-    """What is left of the box after a better target, or after the best further run; best first."""
+    """What is left of the box after a better target, or after the best further run; best first.
+
+    Nothing can be said where the model leaves no residual.
+    """
+    if surface.saturated:
+        return []
     now = surface.model.leverage(sample)
     options = []
     if uncertainty:

@@ -23,6 +23,7 @@ from pellet_study.doe.linear_model import (
     fit,
     interaction_terms,
     linear_terms,
+    near_zero,
     press,
     pure_error,
     type_three,
@@ -42,6 +43,12 @@ GENERATORS = {
 
 COMPLETION_RUNS = 16
 """Largest design whose unused columns are looked for (2^(runs - 1) sign vectors are tried)."""
+
+COMPLETION_STEPS = 2000
+"""Branches of that search before it is given up."""
+
+SPARSE_CONTRASTS = 7
+"""Fewest contrasts from which Lenth's method can tell noise from effects: it takes most of them for noise."""
 
 
 # ----------------------------------------------------------------------------------------------------- design
@@ -103,12 +110,15 @@ class Lenth:
     """Lenth's margins of error of an effect, from the effects alone.
 
     `contrasts` says how many there were: the factors', and those of the design's unused columns where known.
+    `assumption_met` is false where they are too few, or all of them factors though the design has more to show:
+    that most contrasts are noise cannot be taken for granted then, and the margins are of no use.
     """
 
     contrasts: int
     pseudo_standard_error: float
     margin_of_error: float
     simultaneous_margin_of_error: float
+    assumption_met: bool = True
 
 
 @dataclass(frozen=True)
@@ -140,6 +150,9 @@ class Screening:
         {factor: effect found with probability `power` at level `alpha`}, response unit; None where saturated.
     aliases : dict
         {factor: {two-factor interaction: share of it that the main effect carries}}.
+    noise_contrasts : list of float
+        Contrasts of the design's unused columns, response unit; empty where they are not known.
+    pure_error_df : int
     orthogonal : bool
     standard_error_inflation : dict
         {factor: standard error relative to an orthogonal design with as many runs at -1 and +1}.
@@ -156,6 +169,8 @@ class Screening:
     p_adjusted: dict[str, float | None]
     anova: list[dict]
     lenth: Lenth | None
+    noise_contrasts: list[float]
+    pure_error_df: int
     curvature: Curvature | None
     detectable_effects: dict[str, float | None]
     aliases: dict[str, dict[str, float]]
@@ -203,6 +218,7 @@ def analyse(table: DesignTable, alpha: float = 0.05, power: float = 0.8) -> Scre
     total = float(np.sum((model.response - model.response.mean()) ** 2))
     effects = {name: 2 * model.coefficients[name] for name in table.names}
     inflation = _inflation(model, centre)
+    noise = _unused_contrasts(table, centre)
     return Screening(
         table=table,
         model=model,
@@ -214,7 +230,9 @@ def analyse(table: DesignTable, alpha: float = 0.05, power: float = 0.8) -> Scre
         p=p,
         p_adjusted=_holm(p),
         anova=rows,
-        lenth=lenth(list(effects.values()) + _unused_contrasts(table, centre), alpha),
+        lenth=lenth(list(effects.values()) + noise, alpha, bool(noise) or model.df_residual == 0),
+        noise_contrasts=noise,
+        pure_error_df=pure_error(table.coded, table.response)[1],
         curvature=_curvature(model, rows),
         detectable_effects=_detectable(model, alpha, power),
         aliases=aliases(table.names, table.coded.to_numpy()[~centre]),
@@ -274,7 +292,7 @@ def _summary(model: LinearFit, curvature_ss: float, total: float) -> dict[str, f
         "r2": 1 - model.ss_residual / total,
         "r2_adjusted": None if variance is None else 1 - variance / (total / df_total),
         "r2_predicted": None if squares is None or variance is None else 1 - squares / total,
-        "cv_percent": None if variance is None or not mean else 100 * float(np.sqrt(variance)) / mean,
+        "cv_percent": None if variance is None or near_zero(mean, model.response) else 100 * float(np.sqrt(variance)) / mean,
     }
 
 
@@ -293,7 +311,7 @@ def _curvature(model: LinearFit, rows: list[dict]) -> Curvature | None:
     return Curvature(float(model.results.params[-1]), row["sum_of_squares"], row["f"], row["p"])
 
 
-def lenth(effects: list[float], alpha: float = 0.05) -> Lenth | None:
+def lenth(effects: list[float], alpha: float = 0.05, complete: bool = True) -> Lenth | None:
     r"""Lenth's margins of error.
 
     :math:`s_0 = 1.5\,\mathrm{median}|c|`, :math:`PSE = 1.5\,\mathrm{median}_{|c| < 2.5 s_0}|c|`,
@@ -304,6 +322,8 @@ def lenth(effects: list[float], alpha: float = 0.05) -> Lenth | None:
     ----------
     effects : list of float
         m contrasts in the unit of an effect; fewer than 3 give None.
+    complete : bool
+        Whether these are all contrasts of the design, noise included.
 
     References
     ----------
@@ -319,28 +339,84 @@ def lenth(effects: list[float], alpha: float = 0.05) -> Lenth | None:
     degrees = len(sizes) / 3
     simultaneous = (1 + (1 - alpha) ** (1 / len(sizes))) / 2
     margins = [float(stdtrit(degrees, level) * error) for level in (1 - alpha / 2, simultaneous)]
-    return Lenth(len(sizes), error, *margins)
+    return Lenth(len(sizes), error, *margins, complete and len(sizes) >= SPARSE_CONTRASTS)
 
 
 def _unused_contrasts(table: DesignTable, centre: np.ndarray) -> list[float]:
     """Contrasts of the columns that complete the design to a Hadamard matrix; none where not found.
 
-    They hold the noise and the two-factor interactions, and sharpen Lenth's estimate.
+    They hold the noise and the two-factor interactions, and sharpen Lenth's estimate. The order of the rows has
+    no say in them: products of the factors' columns where the design is regular, then the first columns found
+    with the rows in the order of `_standard_order`.
     """
-    coded, response = table.coded.to_numpy()[~centre], table.response.to_numpy()[~centre]
+    corners = np.flatnonzero(~centre)
+    coded, response = table.coded.to_numpy()[corners], table.response.to_numpy()[corners]
     runs, n_factors = coded.shape
     full = np.column_stack([np.ones(runs), coded])
     if runs > COMPLETION_RUNS or not np.allclose(full.T @ full, runs * np.eye(n_factors + 1)):
         return []
+    order = _standard_order(coded, response)
+    full, response = np.sign(full[order]), response[order]
     signs = 1 - 2.0 * ((np.arange(2 ** (runs - 1))[:, None] >> np.arange(runs)) & 1)
-    candidates = signs[np.abs(signs @ full).max(axis=1) < 0.5]
-    chosen = []
-    while len(candidates):
-        chosen.append(candidates[0])
-        candidates = candidates[np.abs(candidates @ candidates[0]) < 0.5]
-    if len(chosen) != runs - 1 - n_factors:
-        return []
-    return [float(2 * column @ response / runs) for column in chosen]
+    for chosen in (_products(full), []):  # three times a 2 x 2 design has a product and yet no completion with it
+        free = signs[np.abs(signs @ np.column_stack([full, *chosen])).max(axis=1) < 0.5]
+        found = _completed(free, runs - 1 - n_factors - len(chosen))
+        if found is not None:
+            return [float(2 * column @ response / runs) for column in [*chosen, *found]]
+    return []
+
+
+def _standard_order(coded: np.ndarray, response: np.ndarray) -> np.ndarray:
+    """Rows by their levels; replicates by response, rising or falling as in the Rudin-Shapiro sequence.
+
+    Replicates differ in nothing but the response. If all pairs rose, their differences would add up in one
+    contrast and cancel in the others; in that sequence they spread evenly, as noise does.
+    """
+    levels = np.round(coded).astype(int)
+    order = np.lexsort([response, *levels.T[::-1]])
+    groups = np.split(order, np.flatnonzero(np.diff(levels[order], axis=0).any(axis=1)) + 1)
+    replicated, rows = 0, []
+    for group in groups:
+        falling = bin(replicated & replicated >> 1).count("1") % 2
+        replicated += len(group) > 1
+        rows.extend(group[::-1] if falling else group)
+    return np.array(rows)
+
+
+def _products(full: np.ndarray) -> list[np.ndarray]:
+    """The products of the columns of a regular design that are no column of it yet; none if it is not regular."""
+    columns = list(full.T)
+    runs, given = full.shape
+    for first in range(1, runs):  # the list grows while products of its members are new
+        if first >= len(columns):
+            break
+        for second in range(1, first):
+            product = columns[first] * columns[second]
+            shares = np.abs(np.array(columns) @ product)
+            if shares.max() < 0.5:
+                columns.append(product)
+            elif shares.max() < runs - 0.5:
+                return []
+    return columns[given:]
+
+
+def _completed(free: np.ndarray, wanted: int) -> list[np.ndarray] | None:
+    """So many mutually orthogonal ones of the columns, the first in lexical order; None where not found."""
+    steps = 0
+
+    def search(left: np.ndarray, missing: int) -> list[np.ndarray] | None:
+        nonlocal steps
+        if not missing:
+            return []
+        while len(left) >= missing and steps < COMPLETION_STEPS:
+            steps += 1
+            rest = search(left[1:][np.abs(left[1:] @ left[0]) < 0.5], missing - 1)
+            if rest is not None:
+                return [left[0], *rest]
+            left = left[1:]
+        return None
+
+    return search(free, wanted)
 
 
 def _detectable(model: LinearFit, alpha: float, power: float) -> dict[str, float | None]:
@@ -353,7 +429,15 @@ def _detectable(model: LinearFit, alpha: float, power: float) -> dict[str, float
 
     df = model.df_residual
     critical = fdtri(1, df, 1 - alpha)
-    noncentrality = brentq(lambda value: 1 - ncfdtr(1, df, value, critical) - power, 1e-9, 1e6)
+
+
+    def excess(noncentrality: float) -> float:
+        return 1 - ncfdtr(1, df, noncentrality, critical) - power
+
+    high = 1.0
+    while excess(high) < 0:  # stepwise: far beyond the answer the noncentral F is not a number
+        high *= 2
+    noncentrality = brentq(excess, 1e-9, high)
     return {name: float(2 * np.sqrt(noncentrality) * model.standard_errors[name]) for name in names}
 
 

@@ -30,6 +30,8 @@ class Climb:
     predicted : ndarray (n_points,)
     prediction_intervals : list of (float, float) or None
         Of a single run at level 1 - alpha; None where the model leaves no residual.
+    points_asked : int
+        More than there are where a limit stopped the path.
     angle_to_gradient_deg : float
         Between the path and the fitted gradient in coded units; 0 unless equal steps were asked for.
     """
@@ -40,6 +42,7 @@ class Climb:
     predicted: np.ndarray
     prediction_intervals: list[tuple[float, float] | None]
     equal_steps: bool
+    points_asked: int
     angle_to_gradient_deg: float
 
 
@@ -134,6 +137,7 @@ def path(
         predicted=model.predict(coded),
         prediction_intervals=[interval(model, point, alpha).prediction for point in coded],
         equal_steps=equal_steps,
+        points_asked=points,
         angle_to_gradient_deg=float(np.degrees(np.arccos(np.clip(cosine, -1, 1)))),
     )
 

@@ -3,8 +3,8 @@
 from pellet_study.doe.answers import plain
 from pellet_study.doe.box_behnken import PREDICTED_R2_GAP, Surface
 from pellet_study.doe.linear_model import INTERCEPT, Interval
-from pellet_study.doe.optimum import RULES, TargetSet
-from pellet_study.doe.plackett_burman import Screening
+from pellet_study.doe.optimum import TargetSet
+from pellet_study.doe.plackett_burman import Lenth, Screening
 from pellet_study.doe.steepest_climb import Climb, Turning
 from pellet_study.doe.validation import Equivalence
 
@@ -72,7 +72,8 @@ def equation(coefficients: dict[str, float], digits: int = 6) -> str:
 def _head(analysis: Screening | Surface, kind: str) -> str:
     levels = "; ".join(f"{f.label} {f.low:g} to {f.high:g}" for f in analysis.table.factors)
     return (
-        f"{kind}: {len(analysis.table.response)} runs, {len(analysis.table.factors)} factors, response "
+        f"{kind}: {len(analysis.table.response)} runs, {len(analysis.table.factors)} "
+        f"factor{'s' if len(analysis.table.factors) > 1 else ''}, response "
         f"{analysis.table.response.name}\nlevels -1 to +1: {levels}"
     )
 
@@ -115,6 +116,7 @@ def screening_text(screening: Screening) -> str:
             f"{number(s.lenth.pseudo_standard_error)}, margin of error {number(s.lenth.margin_of_error)}, "
             f"simultaneous {number(s.lenth.simultaneous_margin_of_error)}; beyond the margin: "
             f"{', '.join(n for n in order if abs(s.effects[n]) > s.lenth.margin_of_error) or 'none'}"
+            f"{_sparsity(s.lenth)}"
         )
     if s.curvature:
         parts.append(
@@ -123,6 +125,16 @@ def screening_text(screening: Screening) -> str:
         )
     parts.append(_alias_text(s))
     return "\n\n".join(parts)
+
+
+def _sparsity(lenth: Lenth) -> str:
+    """A sentence where Lenth's method cannot be relied on."""
+    if lenth.assumption_met:
+        return ""
+    return (
+        "\nLenth's assumption that most contrasts are noise is not met here (too few contrasts beyond the factors): "
+        "do not judge by this margin"
+    )
 
 
 MANY_INTERACTIONS = 28
@@ -158,16 +170,32 @@ def screening_warnings(screening: Screening) -> list[str]:
             "by Lenth's margin of error and the half-normal plot"
         )
     if not screening.orthogonal:
-        worst = max(screening.standard_error_inflation, key=screening.standard_error_inflation.get)
-        found.append(
-            "the runs that are there are not orthogonal: effects are least-squares estimates and share "
-            f"information; the standard error of {worst} is "
-            f"{100 * (screening.standard_error_inflation[worst] - 1):.1f} % larger than in an orthogonal "
-            "design with as many runs"
-        )
-    if screening.lack_of_fit_p is None and not screening.saturated:
+        found.append(_loss(screening.standard_error_inflation, "in an orthogonal design with as many runs"))
+    if not screening.pure_error_df and not screening.saturated:
         found.append("there are no replicated runs, so lack of fit cannot be tested and the residual holds both")
+    elif _exactly_equal(screening):
+        found.append(EQUAL_REPLICATES)
     return found
+
+
+EQUAL_REPLICATES = (
+    "the replicated runs are exactly equal, so the pure error is 0 and the lack of fit cannot be tested; check that "
+    "they are runs of their own and not copies"
+)
+
+
+def _exactly_equal(analysis: Screening | Surface) -> bool:
+    """Whether there are replicates, and no difference within them."""
+    return any(row["source"] == "pure error" and row["sum_of_squares"] == 0 for row in analysis.anova)
+
+
+def _loss(inflation: dict[str, float], than: str) -> str:
+    """What is lost where the runs are not orthogonal."""
+    worst = max(inflation, key=inflation.get)
+    return (
+        "the runs that are there are not orthogonal: effects are least-squares estimates and share information; the "
+        f"standard error of {worst} is {100 * (inflation[worst] - 1):.1f} % larger than {than}"
+    )
 
 
 # ---------------------------------------------------------------------------------------------------- surface
@@ -187,7 +215,7 @@ def surface_text(surface: Surface) -> str:
         beyond = [name for name, value in s.scaled_effects.items() if abs(value) > s.lenth.margin_of_error]
         parts.append(
             f"Lenth, {s.lenth.contrasts} coefficients scaled to equal variance: margin of error "
-            f"{number(s.lenth.margin_of_error)}; beyond it: {', '.join(beyond) or 'none'}"
+            f"{number(s.lenth.margin_of_error)}; beyond it: {', '.join(beyond) or 'none'}{_sparsity(s.lenth)}"
         )
     if s.stationary:
         place = ", ".join(
@@ -238,6 +266,10 @@ def surface_warnings(surface: Surface) -> list[str]:
             "the design is saturated: as many terms as runs, no residual, so no p values; judge the effects "
             "by Lenth's margin and a half-normal plot, or leave terms out with --drop"
         )
+    if not surface.orthogonal:
+        found.append(_loss(surface.standard_error_inflation, "if it were orthogonal to the other terms"))
+    if _exactly_equal(surface):
+        found.append(EQUAL_REPLICATES)
     if not surface.pure_error_df:
         found.append("there are no replicated runs, so the lack of fit cannot be tested; replicate the centre point")
     if surface.r2_predicted is None and not surface.saturated:
@@ -277,17 +309,17 @@ EXTRAPOLATION = (
 def target_text(found: TargetSet) -> str:
     """The settings that hit a target."""
     label = f"target {found.target:g}" + (f" +- {found.uncertainty:g}" if found.uncertainty else "")
-    if not found.reachable:
-        return (
-            f"{label} is not reached in the box: the predicted response runs from {number(found.lowest)} to "
-            f"{number(found.highest)}\nnearest: {prediction_text(found.physical, found.prediction)}"
-        )
-    lines = [
-        f"{label}: met on a sheet of {len(found.extents) - 1} dimensions, not at one point",
-        f"  {100 * found.fraction:.1f} % of the box lies within the uncertainty, "
-        f"{100 * found.fraction_one_percent:.1f} % within 1 % of the target; "
-        f"{100 * found.fraction_not_excluded:.1f} % cannot be excluded with the fit's own uncertainty",
-    ]
+    span = f"the predicted response runs from {number(found.lowest)} to {number(found.highest)}"
+    point = prediction_text(found.physical, found.prediction)
+    if not found.reachable_within_uncertainty:
+        return f"{label} is not reached in the box: {span}\nnearest: {point}"
+    if found.reachable:
+        first = f"{label}: met on a sheet of {len(found.extents) - 1} dimensions, not at one point"
+    else:
+        first = f"{label}: met within the uncertainty only, not exactly: {span}"
+    lines = [first, "  " + _shares(found)]
+    if found.uncertainty:
+        lines.append("  settings within the uncertainty:")
     for extent in found.extents:
         low, high = extent.coded
         note = "  not identified: its whole range will do" if extent.unidentified else ""
@@ -295,9 +327,21 @@ def target_text(found: TargetSet) -> str:
             f"  {extent.name}: {number(extent.physical[0])} to {number(extent.physical[1])} (coded {low:.3f} "
             f"to {high:.3f}){note}"
         )
-    lines.append(f"recommended ({RULES[found.rule]}): {prediction_text(found.physical, found.prediction)}")
+    lines.append(f"recommended ({found.rule_in_words}): {point}")
     lines += _measurement_lines(found)
     return "\n".join(lines)
+
+
+def _shares(found: TargetSet) -> str:
+    """How much of the box meets the target, by each reading of "meets"."""
+    one_percent = f"{100 * found.fraction_one_percent:.1f} %"
+    if found.uncertainty:
+        text = f"{100 * found.fraction:.1f} % of the box lies within the uncertainty, {one_percent} within 1 % of the "
+    else:
+        text = f"{one_percent} of the box lies within 1 % of the "
+    if found.fraction_not_excluded is None:
+        return text + "target; - cannot be excluded (no residual, so the fit's own uncertainty is unknown)"
+    return text + f"target; {100 * found.fraction_not_excluded:.1f} % cannot be excluded with the fit's own uncertainty"
 
 
 def _measurement_lines(found: TargetSet) -> list[str]:
@@ -332,10 +376,16 @@ def climb_text(climb: Climb) -> str:
             ]
         )
     header = ["point", *(factor.label for factor in climb.factors), "predicted", "from", "to"]
+    stopped = ""
+    if len(rows) < climb.points_asked:
+        stopped = (
+            f"\na limit stopped the path after {len(rows)} of {climb.points_asked} points; take smaller steps "
+            "(--climb-step), or widen the limits (--climb-limits)"
+        )
     way = "equal coded steps" if climb.equal_steps else "along the gradient"
     return (
         f"steepest climb, {way} ({climb.angle_to_gradient_deg:.1f} deg off the fitted gradient), with "
-        f"prediction intervals\n" + grid(header, rows)
+        f"prediction intervals\n" + grid(header, rows) + stopped
     )
 
 

@@ -69,7 +69,7 @@ def recomputed_tables() -> dict[str, pd.DataFrame]:
                     "recommended": found.physical[e.name],
                     "published": tables()["text"]["optimum"][e.name],
                 }
-                for e in found.extents
+                for e in found.sheet_extents
             ]
         ),
     }
@@ -109,7 +109,7 @@ def drawn() -> dict:
         "eq1_restitution": bench_curve(3, "restitution coefficient a1", "rebound height b1 / mm", 8.01),
         "eq3_rolling_friction": bench_curve(5, "rolling friction coefficient a3", "rolling distance b3 / mm", 69.2),
         "table08_pareto": figures.pareto(screening, UNIT),
-        "table08_half_normal": figures.half_normal(screening.effects, screening.lenth, UNIT),
+        "table08_half_normal": figures.half_normal(screening.effects, screening.lenth, UNIT, screening.noise_contrasts),
         "table10_climb": figures.climb_path(climb()[0], UNIT, target=found.target),
         "table13_predicted_observed": figures.predicted_observed(surface, UNIT),
         "optimum_response_surface": figures.surface_contours(surface, found, UNIT),

@@ -57,8 +57,9 @@ def _reach(section, found) -> list[Item]:
     """Whether the target can be met in the box, and by one setting only."""
     top = found.surface.stationary
     inside = bool(np.all(np.abs(top.coded) <= 1))
-    extents = "; ".join(f"{e.name} {e.coded[0]:.3f} to {e.coded[1]:.3f}" for e in found.extents)
-    unique = not found.extents or all(e.coded[1] - e.coded[0] < 1e-3 for e in found.extents)
+    extents = "; ".join(f"{e.name} {e.coded[0]:.3f} to {e.coded[1]:.3f}" for e in found.sheet_extents)
+    unique = not found.sheet_extents or all(e.coded[1] - e.coded[0] < 1e-3 for e in found.sheet_extents)
+    unidentified = [e.name for e in found.sheet_extents if e.unidentified]
     return [
         Item(
             section,
@@ -75,12 +76,12 @@ def _reach(section, found) -> list[Item]:
             section,
             "the best combination is unique",
             "yes",
-            f"{len(found.extents) - 1}-dimensional sheet",
+            f"{len(found.sheet_extents) - 1}-dimensional sheet",
             unique,
-            f"one equation, {len(found.extents)} unknowns; coded extents {extents}; "
+            f"one equation, {len(found.sheet_extents)} unknowns; coded extents {extents}; "
             f"{100 * found.fraction:.1f} % of the box lies within +-{found.uncertainty} deg of "
             f"{found.target}, {100 * found.fraction_one_percent:.1f} % within 1 %; not identified: "
-            f"{', '.join(found.unidentified) or 'none'}",
+            f"{', '.join(unidentified) or 'none'}",
         ),
     ]
 
