@@ -33,7 +33,7 @@ def _parser(chosen: str | None) -> argparse.ArgumentParser:
 
 def _check_json(file: Path | None) -> None:
     """Refuse a file that cannot be written before anything is computed for it."""
-    if file is not None and (file.is_dir() or not file.absolute().parent.is_dir()):
+    if file is not None and (str(file) == "-" or file.is_dir() or not file.absolute().parent.is_dir()):
         raise InputError(f"--json {file}: expected a file in a folder that exists; make {file.absolute().parent} first")
 
 
