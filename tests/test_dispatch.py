@@ -92,8 +92,11 @@ dispatch.run(cases, Path(sys.argv[2]))
 
 
 def start_driver(store: Path, number: int) -> subprocess.Popen:
+    """A driver of its own; Ctrl-C reaches it even where the tests themselves were started in the background."""
     return subprocess.Popen(
-        [sys.executable, "-c", DRIVER, str(FAULTS), str(store), str(number)], stderr=subprocess.PIPE
+        [sys.executable, "-c", DRIVER, str(FAULTS), str(store), str(number)],
+        stderr=subprocess.PIPE,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
 
 
