@@ -19,10 +19,11 @@ import pandas as pd
 from pellet_study import rigs, yade
 from pellet_study.errors import SimulationError
 from pellet_study.store import Store, key
-from yade_scripts.case import CLAIM_BYTES, Table, flat, one_line
+from yade_scripts.case import CANNOT_GO_ON, CLAIM_BYTES, NO_MEMORY, Table, flat, one_line
 
 POLL_S = 0.05
 START_LIMIT_S = 120.0
+BAD_ALLOC = "std::bad_alloc"
 NOISE = (
     "Welcome to Yade",
     "Using python version",
@@ -80,8 +81,9 @@ def run(cases: Sequence[dict], store: Path, *, workers: int | None = None, quiet
 class _Worker:
     """A YADE process, its log, and the case it is at."""
 
-    def __init__(self, number: int, process: subprocess.Popen, log: Path):
+    def __init__(self, number: int, process: subprocess.Popen, log: Path, held: int):
         self.name, self.process, self.log = f"w{number}", process, log
+        self.held = held  # our end of its lifeline
         self.index: int | None = None  # of the case it claimed last
         self.since = time.monotonic()
         self.reason: str | None = None  # why it was killed
@@ -134,7 +136,7 @@ class _Campaign:
         self.failed, self.finished, self.started = 0, set(), 0
         self.wanted = {case["id"] for case in cases}
         self.running: list[_Worker] = []
-        self.lifeline, self.held = os.pipe()
+        self.short_of_memory: dict[str, str] = {}
 
     def run(self) -> None:
         """Work until every case has a row."""
@@ -149,22 +151,25 @@ class _Campaign:
         )
         try:
             crashed = self._work(self.cases, bar)
-            for (
-                case,
-                _,
-            ) in crashed:  # alone, so that a neighbour's fault or a passing shortage is not held against it
+            for case, _ in crashed:  # alone: a neighbour's fault or a passing shortage is not held against it
                 for again, reason in self._work([case], bar):
-                    self._record(again, reason)
-                    self._count(bar)
+                    if again["id"] not in self.short_of_memory:
+                        self._record(again, reason)
+                        self._count(bar)
         finally:
             for worker in self.running:
                 worker.kill()
             for worker in self.running:
                 worker.process.wait()
-            os.close(self.held)
-            os.close(self.lifeline)
+                os.close(worker.held)
             bar.close()
             shutil.rmtree(self.folder, ignore_errors=True)
+        short = [reason for name, reason in self.short_of_memory.items() if name not in self.finished]
+        if short:
+            raise SimulationError(
+                f"{len(short)} of {len(self.cases)} cases were killed, most likely for want of memory ({short[0]}); the "
+                f"others are kept in {self.store.folder}. Close other programs, or give them more memory, and call again"
+            )
 
     def _work(self, cases: list[dict], bar) -> list[tuple[dict, str]]:
         """Work through a list; returns the cases that crashed YADE, with the reason."""
@@ -189,6 +194,7 @@ class _Campaign:
             self._count(bar)
             for worker in ended:
                 self.running.remove(worker)
+                os.close(worker.held)
                 crash = self._end(worker, cases)
                 if crash:
                     crashed.append(crash)
@@ -199,6 +205,7 @@ class _Campaign:
                 raise SimulationError(f"{rig.file.name} or what it imports changed while it was running; call again")
         self.started += 1
         log = folder / f"w{self.started}.log"
+        lifeline, held = os.pipe()
         with open(log, "wb") as output:
             process = subprocess.Popen(
                 yade.command(rigs.SCRIPTS / "case.py", str(folder / "campaign.json")),
@@ -209,12 +216,13 @@ class _Campaign:
                 env=yade.environment(
                     str(folder),
                     PELLET_STUDY_WORKER=f"w{self.started}",
-                    PELLET_STUDY_LIFELINE=str(self.lifeline),
+                    PELLET_STUDY_LIFELINE=str(lifeline),
                 ),
-                pass_fds=[self.lifeline],
+                pass_fds=[lifeline, self.store.lock],  # so the store stays held until the last process has ended
                 start_new_session=True,
             )
-        self.running.append(_Worker(self.started, process, log))
+        os.close(lifeline)
+        self.running.append(_Worker(self.started, process, log, held))
 
     def _watch(self, claims: _Claims, cases: list[dict]) -> None:
         """See which case each process is at; kill a process whose case, or whose start, takes too long."""
@@ -243,7 +251,7 @@ class _Campaign:
                 name = line.split(b",", 1)[0].decode(errors="replace")
                 if name in self.wanted:
                     self.finished.add(name)
-                    self.failed += not line.endswith(b",ok")
+                    self.failed += not line[: line.rfind(b",")].endswith(b",ok")
                     bar.update()
         if self.failed:
             bar.set_postfix(failed=self.failed, refresh=False)
@@ -252,6 +260,11 @@ class _Campaign:
         """A process ended: nothing to say, a case it did not finish and why, or a YADE that does not run."""
         code = worker.process.returncode
         reason = worker.reason or f"crashed YADE ({_ending(code)}): {worker.last_words()}"
+        if code == CANNOT_GO_ON:
+            raise SimulationError(
+                f"a simulation could not go on: {worker.last_words()}. Finished cases are kept in {self.store.folder}; "
+                "mend it (make room on the disk, or install a complete YADE) and call again"
+            )
         if worker.index is None:
             if code == 0:
                 return None
@@ -260,12 +273,18 @@ class _Campaign:
                 f"Try it by hand: {' '.join(yade.command(rigs.SCRIPTS / 'rebound.py', '--example', 'cases.json'))}"
             )
         case = cases[worker.index]
+        if worker.reason is None and (
+            code in (NO_MEMORY, -signal.SIGKILL, 128 + signal.SIGKILL) or BAD_ALLOC in reason
+        ):
+            self.short_of_memory[case["id"]] = reason
+        else:
+            self.short_of_memory.pop(case["id"], None)
         return None if case["id"] in self.finished else (case, reason)
 
     def _record(self, case: dict, reason: str) -> None:
         """Store a failure YADE could not store itself; it is counted like any other row."""
         names = self.store.columns(self.rigs[case["rig"]])
-        Table(self.tables[case["rig"]], names).append({**flat(case), "status": reason})
+        Table(self.tables[case["rig"]], names, checked=True).append({**flat(case), "status": reason})
 
 
 def _ending(code: int) -> str:

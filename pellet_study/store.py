@@ -2,6 +2,7 @@
 
 import fcntl
 import hashlib
+import io
 import json
 import os
 import shutil
@@ -11,6 +12,7 @@ from pathlib import Path
 import pandas as pd
 
 from pellet_study import rigs, yade
+from pellet_study.errors import InputError
 from yade_scripts import case as case_file
 
 READ_AS_TEXT = {"id": str, "status": str, "contact_law": str}
@@ -31,18 +33,18 @@ class Store:
 
     def __enter__(self):
         self.folder.mkdir(parents=True, exist_ok=True)
-        self._lock = os.open(self.folder / "lock", os.O_RDWR | os.O_CREAT, 0o644)
+        self.lock = os.open(self.folder / "lock", os.O_RDWR | os.O_CREAT, 0o644)
         try:
-            fcntl.flock(self._lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+            fcntl.flock(self.lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
             print(f"waiting for another pellet-study that works in {self.folder}", file=sys.stderr)
-            fcntl.flock(self._lock, fcntl.LOCK_EX)
+            fcntl.flock(self.lock, fcntl.LOCK_EX)
         for left in self.folder.glob("campaign-*"):  # of a driver that was killed
             shutil.rmtree(left, ignore_errors=True)
         return self
 
     def __exit__(self, *_):
-        os.close(self._lock)
+        os.close(self.lock)
 
     def columns(self, rig: rigs.Rig) -> list[str]:
         """Columns of a rig's table."""
@@ -54,26 +56,23 @@ class Store:
         return self.folder / f"{rig.name}-{names}.csv"
 
     def rows(self, rig: rigs.Rig) -> pd.DataFrame:
-        """What is stored for a rig, indexed by id; torn or foreign lines are left out."""
+        """What is stored for a rig, indexed by id; torn, altered or foreign lines are left out."""
         names, file = self.columns(rig), self.table(rig)
-        if file.exists() and file.stat().st_size:
-            try:
-                found = pd.read_csv(
-                    file,
-                    dtype=READ_AS_TEXT,
-                    on_bad_lines="skip",
-                    encoding_errors="replace",
-                    keep_default_na=False,
-                    na_values={name: [""] for name in names},
-                )
-            except (pd.errors.ParserError, pd.errors.EmptyDataError):
-                found = pd.DataFrame()
-            if list(found.columns) == names:
-                whole = found["status"].notna() & found["id"].str.fullmatch("[0-9a-f]{20}", na=False)
-                found = found[whole].drop_duplicates("id", keep="last").set_index("id")
-                numbers = [name for name in names if name not in READ_AS_TEXT]
-                found[numbers] = found[numbers].apply(pd.to_numeric, errors="coerce")
-                return found.astype({"seed": int})
-            file.replace(file.with_suffix(".unreadable"))
-            print(f"{file} is no table of finished cases; set aside as {file.stem}.unreadable", file=sys.stderr)
-        return pd.DataFrame(columns=names).set_index("id")
+        if file.exists() and not file.is_file():
+            raise InputError(f"{file}: expected a table of finished cases, found something else; move it away")
+        lines = file.read_bytes().split(b"\n")[1:] if file.exists() else []
+        whole = [body for body in map(case_file.unsealed, lines) if body]
+        lost = len(lines) - len(whole) - (not (lines and lines[-1]))
+        if lost > 0:
+            print(f"{file}: {lost} damaged or foreign lines are left out, their cases computed again", file=sys.stderr)
+        if not whole:
+            return pd.DataFrame(columns=names).set_index("id")
+        found = pd.read_csv(
+            io.BytesIO(b"\n".join(whole)),
+            header=None,
+            names=names,
+            dtype=READ_AS_TEXT,
+            keep_default_na=False,
+            na_values={name: [""] for name in names},
+        )
+        return found.drop_duplicates("id", keep="last").set_index("id")

@@ -11,6 +11,7 @@ which returns {observable: value} or raises `Failed(reason)`.
 """
 
 import csv
+import errno
 import fcntl
 import gc
 import importlib.util
@@ -18,14 +19,18 @@ import io
 import json
 import math
 import os
+import select
+import signal
 import socketserver
 import sys
-import threading
 import time
+import zlib
 from pathlib import Path
 
 GROUPS = ("parameters", "effects", "conditions", "numerics")
 CLAIM_BYTES = 16
+NO_MEMORY, CANNOT_GO_ON = 70, 71  # exit statuses: the machine failed, not the case
+DISK_OR_SYSTEM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS, errno.EMFILE, errno.ENFILE}
 
 
 class Failed(Exception):
@@ -111,7 +116,11 @@ def run(case: dict, module) -> dict:
         status = f"not a number: {', '.join(bad)}" if bad else "ok"
     except Failed as failure:
         observed, status = {}, str(failure) or "failed without a reason"
+    except (MemoryError, ImportError):  # this machine or this YADE cannot do it: no outcome of the case
+        raise
     except Exception as error:  # one case's mistake is that case's outcome; its neighbours go on
+        if isinstance(error, OSError) and error.errno in DISK_OR_SYSTEM:
+            raise
         observed, status = {}, f"{type(error).__name__}: {error}"
     if status != "ok":
         observed = {}
@@ -135,25 +144,48 @@ def line(row: dict, names: list[str]) -> bytes:
     return text.getvalue().encode()
 
 
-class Table:
-    """A CSV file that several processes append whole lines to."""
+def sealed(text: bytes) -> bytes:
+    """A line with its checksum (CRC-32) as one more cell."""
+    body = text.rstrip(b"\n")
+    return b"%s,%08x\n" % (body, zlib.crc32(body))
 
-    def __init__(self, file: Path, names: list[str]):
-        self.names = names
+
+def unsealed(text: bytes) -> bytes | None:
+    """A line without its checksum; None where it is torn, altered or not ours."""
+    body, _, checksum = text.rpartition(b",")
+    return body if body and checksum == b"%08x" % zlib.crc32(body) else None
+
+
+class Table:
+    """A CSV file that several processes append whole lines to; in a store each line carries its checksum."""
+
+    def __init__(self, file: Path, names: list[str], checked: bool = False):
+        self.names, self.checked = names, checked
         self.descriptor = os.open(file, os.O_RDWR | os.O_APPEND | os.O_CREAT, 0o644)
         fcntl.flock(self.descriptor, fcntl.LOCK_EX)
         size = os.fstat(self.descriptor).st_size
         if size == 0:
-            os.write(self.descriptor, line(dict(zip(names, names, strict=True)), names))
+            head = [*names, "crc32"] if checked else names
+            os.write(self.descriptor, line(dict(zip(head, head, strict=True)), head))
         elif os.pread(self.descriptor, 1, size - 1) != b"\n":
-            os.write(self.descriptor, b"\n")  # close the line that a full disk or a lost machine left torn
+            os.write(self.descriptor, b"\n")  # close the line that a lost machine left torn
         fcntl.flock(self.descriptor, fcntl.LOCK_UN)
 
     def append(self, row: dict) -> None:
-        """Add a row, or raise OSError (disk full)."""
+        """Add a row whole, or leave the file as it was and raise OSError."""
         data = line(row, self.names)
-        if os.write(self.descriptor, data) != len(data):
-            raise OSError("the disk is full: a result could not be written whole")
+        self.add(sealed(data) if self.checked else data)
+
+    def add(self, data: bytes) -> None:
+        """Add lines that are bytes already, all or none."""
+        fcntl.flock(self.descriptor, fcntl.LOCK_EX)
+        try:
+            size = os.fstat(self.descriptor).st_size
+            if os.write(self.descriptor, data) != len(data):
+                os.ftruncate(self.descriptor, size)
+                raise OSError(errno.ENOSPC, os.strerror(errno.ENOSPC))
+        finally:
+            fcntl.flock(self.descriptor, fcntl.LOCK_UN)
 
 
 def claims(file: Path, total: int, worker: str):
@@ -207,11 +239,15 @@ def campaign(file: Path) -> int:
     """A campaign of the package: cases of several rigs, shared with other processes through the claims file."""
     task = json.loads(file.read_text())
     modules = {name: load(rig["file"]) for name, rig in task["rigs"].items()}
-    tables = {name: Table(rig["table"], columns(modules[name].RIG)) for name, rig in task["rigs"].items()}
     cases = task["cases"]
     mine = claims(Path(task["claims"]), len(cases), os.environ["PELLET_STUDY_WORKER"])
     jobs = ((cases[index].pop("rig"), cases[index]) for index in mine)
-    work(jobs, modules, tables, Table(task["timings"], ["id", "seconds"]))
+    try:
+        tables = {n: Table(rig["table"], columns(modules[n].RIG), checked=True) for n, rig in task["rigs"].items()}
+        work(jobs, modules, tables, Table(task["timings"], ["id", "seconds"]))
+    except (MemoryError, ImportError, OSError) as error:
+        print(f"{type(error).__name__}: {error}", file=sys.stderr, flush=True)
+        return NO_MEMORY if isinstance(error, MemoryError) else CANNOT_GO_ON
     return 0
 
 
@@ -224,15 +260,17 @@ def close_servers() -> None:
 
 
 def die_with_driver() -> None:
-    """End at once when the process that started this one ends, however it ends: its end of the pipe closes."""
-    lifeline = os.environ.get("PELLET_STUDY_LIFELINE")
-    if lifeline:
+    """End when the driver ends, however it ends: its end of the pipe closes, and the system kills this process.
 
-        def watch():
-            os.read(int(lifeline), 1)
+    The system does it, not a thread of this process, which a simulation that never returns to Python would hold up.
+    """
+    if "PELLET_STUDY_LIFELINE" in os.environ:
+        lifeline = int(os.environ["PELLET_STUDY_LIFELINE"])
+        fcntl.fcntl(lifeline, fcntl.F_SETOWN, os.getpid())
+        fcntl.fcntl(lifeline, fcntl.F_SETSIG, signal.SIGKILL)
+        fcntl.fcntl(lifeline, fcntl.F_SETFL, os.O_ASYNC)
+        if select.select([lifeline], [], [], 0)[0]:  # it has ended already
             os._exit(1)
-
-        threading.Thread(target=watch, daemon=True).start()
 
 
 def main(arguments: list[str]) -> int:

@@ -1,5 +1,7 @@
 """One seed and its plate: what the three bench rigs share."""
 
+from math import isfinite
+
 import numpy as np
 
 from yade_scripts import contacts, particles
@@ -315,6 +317,8 @@ class SeedScene:
         in_body = state.ori.conjugate() * momentum
         spin = Vector3(*(a / b for a, b in zip(in_body, state.inertia, strict=True)))
         twice_energy = in_body.dot(spin)
+        if not isfinite(twice_energy + state.vel.dot(state.vel)):
+            raise Failed("blew up: the seed's motion is no longer a number; a smaller time_step_fraction is needed")
         if momentum != self._momentum:
             self._momentum, self._twice_energy = momentum, twice_energy
             return
