@@ -1,6 +1,7 @@
 """The machine-readable form of each answer, and the history a study keeps of what was done."""
 
 import json
+import math
 from dataclasses import asdict
 from pathlib import Path
 
@@ -13,8 +14,8 @@ from pellet_study.refine import Refinement
 HISTORY = "history.json"
 
 
-def step(found: Comparison) -> dict:
-    """A model beside the measurements, in numbers."""
+def comparison(found: Comparison) -> dict:
+    """A model beside the measurements: keys of `compare`, `add`, `drop`, and of each step of `refine` and `history`."""
     return {
         "effects": list(found.effects),
         "parameters": found.parameters,
@@ -25,14 +26,8 @@ def step(found: Comparison) -> dict:
         "rms_error": found.rms_error,
         "holdout_rms_error": found.holdout_rms_error,
         "rms_error_unit": found.rms_error_unit,
+        "noise_floor": noise_floor(found),
         "level_out_rms_error": found.level_out_rms_error,
-    }
-
-
-def comparison(found: Comparison) -> dict:
-    """Keys of `compare`, `add`, `drop`."""
-    return {
-        **step(found),
         "not_identified": list(found.not_identified),
         "at_bound": list(found.at_bound),
         "fits": found.fits,
@@ -55,6 +50,16 @@ def comparison(found: Comparison) -> dict:
     }
 
 
+def noise_floor(found: Comparison) -> float | None:
+    """The rms error that the scatter of the readings alone gives, in the unit of `rms_error`; None where unknown."""
+    if any(r.z is None for r in found.rows):
+        return None
+    if len({r.row.observable for r in found.rows}) > 1:
+        return 1.0
+    squares = [(r.residual / r.z) ** 2 for r in found.rows if r.z != 0]
+    return math.sqrt(sum(squares) / len(squares)) if squares else None
+
+
 def tied(names: tuple[tuple[str, ...], ...]) -> list:
     """A single effect as its name, a pair as an inner list."""
     return [n[0] if len(n) == 1 else list(n) for n in names]
@@ -69,6 +74,8 @@ def diagnosis(found: Diagnosis) -> dict:
     """Keys of `diagnose`."""
     return {
         "verdict": found.verdict,
+        "effects": list(found.comparison.effects),
+        "chi2": found.comparison.chi2,
         "missing": list(found.missing),
         "ranking": [{**asdict(s), "interval": list(s.interval) if s.interval else None} for s in found.ranking],
         "tied": tied(found.tied),
@@ -85,7 +92,7 @@ def refinement(found: Refinement) -> dict:
         "verdict": found.verdict,
         "added": list(found.added),
         "tied": tied(found.tied),
-        "steps": [step(c) for c in found.steps],
+        "steps": [comparison(c) for c in found.steps],
         "diagnoses": [diagnosis(d) for d in found.diagnoses],
         "next_measurement": proposal(found.last.next_measurement or found.diagnoses[0].next_measurement),
         "warnings": list(dict.fromkeys(w for d in found.diagnoses for w in d.warnings)),
@@ -131,3 +138,9 @@ def write(file: Path, answer: dict) -> None:
     temporary = file.with_suffix(file.suffix + ".new")
     temporary.write_text(json.dumps(answer, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     temporary.replace(file)
+
+
+def leave(folder: Path, name: str, page: str, answer: dict) -> None:
+    """Keep a command's page and its answer in the study: NAME.txt and NAME.json."""
+    (folder / f"{name}.txt").write_text(page + "\n", encoding="utf-8")
+    write(folder / f"{name}.json", answer)

@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pellet_study import bench_figure, paper, quadratic
-from pellet_study.bench import STAGES, Calibrated
+from pellet_study import bench_figure, look, paper, quadratic
+from pellet_study.bench import STAGES, Calibrated, Mean, Reading
+from pellet_study.errors import InputError
 
 PAPER_MEASURED = {"a1": "b1_physical_mm", "a2": "b2_physical_deg", "a3": "b3_physical_mm"}
 PAPER_FOUND = {"a1": "a1_solution", "a2": "a2_solution", "a3": "a3_solution"}
@@ -56,11 +57,7 @@ def write(results: Sequence[Calibrated], folder: Path, contact_law: str) -> str:
     for result in results:
         stage = result.stage
         result.sweep.round(6).to_csv(folder / f"sweep_{stage.rig}.csv", index=False, lineterminator="\n")
-        rows, curve = _printed(stage.table)
-        bench_figure.save(
-            bench_figure.sweep(result, *(rows if rows else (None, None)), curve),
-            folder / "figures" / f"{stage.rig}.png",
-        )
+        look.save(figure(result), folder / "figures" / f"{stage.rig}.png")
         record = _stage(result)
         low, high = record.pop("interval")
         coefficients = dict(zip(("c0", "c1", "c2"), record.pop("coefficients"), strict=True))
@@ -70,6 +67,45 @@ def write(results: Sequence[Calibrated], folder: Path, contact_law: str) -> str:
     text = summary(results, contact_law)
     (folder / "summary.txt").write_text(text + "\n", encoding="utf-8")
     return text + f"\n\nresults in {folder}; figures in {folder / 'figures'}"
+
+
+def figure(result: Calibrated):
+    """The sweep of a stage, the paper's rows beside it where they are printed."""
+    rows, curve = _printed(result.stage.table)
+    return bench_figure.sweep(result, *(rows if rows else (None, None)), curve)
+
+
+def read(folder: Path) -> list[Calibrated]:
+    """The stages as `write` left them in a study (sds and conditions of the readings are not kept there).
+
+    Raises
+    ------
+    InputError : a file is not what was written
+    """
+    file = folder / "calibration.csv"
+    found = []
+    try:
+        for record in pd.read_csv(file).to_dict(orient="records"):
+            stage = next(s for s in STAGES if s.rig == record["rig"])
+            file = folder / f"sweep_{stage.rig}.csv"
+            sweep = pd.read_csv(file)
+            check = None
+            if np.isfinite(record["verification"]):
+                check = Mean(record["verification"], record["verification_standard_error"], 0, 0)
+            found.append(
+                Calibrated(
+                    stage,
+                    Reading(record["measured"], None, 1, {}),
+                    sweep,
+                    quadratic.fit(sweep[stage.parameter].to_numpy(), sweep[stage.observable].to_numpy()),
+                    _number(record["value"]),
+                    (record["interval_low"], record["interval_high"]),
+                    check,
+                )
+            )
+    except (OSError, ValueError, KeyError, StopIteration) as error:
+        raise InputError(f"{file}: is not what `bench` wrote ({error}); run `pellet-study bench` again") from None
+    return found
 
 
 def _printed(number: int | None):

@@ -1,147 +1,222 @@
-"""Figures of model criticism; drawn only when asked for."""
+"""Figures of model criticism, drawn from the answers a study folder keeps (compare.json, diagnose.json, history.json)."""
 
 from collections.abc import Sequence
-from pathlib import Path
 
-import matplotlib
-
-matplotlib.use("Agg")
-
-import matplotlib.pyplot as plt
 import numpy as np
 
-from pellet_study.compare import Calibrated, Comparison
-from pellet_study.diagnose import Diagnosis
-from pellet_study.pages import number
+from pellet_study import look
+from pellet_study.diagnose import TIE
+from pellet_study.look import DASHES, MARKERS, SERIES, label, styled
 
 
-def ladder(steps: Sequence[dict], file: Path) -> None:
-    """The error after each step, down to what the scatter of the readings leaves."""
-    figure, axis = plt.subplots(figsize=(6.0, 3.6), layout="constrained")
+def model_name(effects: Sequence[str]) -> str:
+    """`base`, or `base + cohesion`."""
+    return "base" + "".join(f" + {name}" for name in effects)
+
+
+@styled
+def ladder(steps: Sequence[dict]):
+    """The error after each step, on fitted and held-out rows, down to what the scatter of the readings leaves."""
+    figure, axes = look.new_axes(6.4, 3.6)
     at = np.arange(len(steps))
-    for key, label, marker in (
-        ("rms_error", "fitted rows", "o"),
-        ("holdout_rms_error", "held-out rows", "s"),
-    ):
-        values = [np.nan if s[key] is None else s[key] for s in steps]
-        if not np.all(np.isnan(values)):
-            axis.plot(at, values, marker=marker, label=label)
-    places = dict.fromkeys(place for s in steps for place in (s.get("level_out_rms_error") or {}))
-    for place in places:
-        values = [(s.get("level_out_rms_error") or {}).get(place, np.nan) for s in steps]
-        label = f"each {place.split('.')[1]} predicted from the others"
-        axis.plot(at, values, marker="^", linestyle="--", label=label)
-    unit = steps[-1].get("rms_error_unit", "")
-    if unit == "standard uncertainties":
-        axis.axhline(1.0, color="0.5", linestyle=":", label="noise floor")
-    names = ["base" if not s["effects"] else "+ " + "\n+ ".join(s["effects"]) for s in steps]
-    axis.set_xticks(at, names, fontsize=8)
-    axis.set_xlim(-0.4, len(steps) - 0.6)
-    axis.set_ylim(bottom=0)
-    axis.set_ylabel(f"rms error ({unit})")
-    axis.legend(frameon=False, fontsize=8)
-    figure.savefig(file, dpi=150)
-    plt.close(figure)
+    curves = [
+        ("fitted rows", [s["rms_error"] for s in steps]),
+        ("held-out rows", [s["holdout_rms_error"] for s in steps]),
+    ]
+    for place in dict.fromkeys(p for s in steps for p in (s.get("level_out_rms_error") or {})):
+        name = look.words(place.split(".")[1])[0]
+        curves.append(
+            (
+                f"each {name} predicted\nfrom the others",
+                [(s.get("level_out_rms_error") or {}).get(place) for s in steps],
+            )
+        )
+    top = 0.0
+    for k, (name, values) in enumerate(curves):
+        values = np.array(values, dtype=float)
+        if not np.isnan(values).all():
+            style = {"marker": MARKERS[k % 6], "linestyle": DASHES[k % 6], "color": SERIES[k % 6]}
+            axes.plot(at, values, label=name, **style)
+            top = max(top, np.nanmax(values))
+    floors = np.array([s.get("noise_floor") for s in steps], dtype=float)
+    if not np.isnan(floors).all():
+        floor = floors[~np.isnan(floors)][-1]
+        axes.axhspan(0, floor, color=look.BAND, zorder=0, label="noise floor: scatter of the readings")
+        axes.axhline(floor, color=look.LINE, linewidth=0.8)
+        top = max(top, floor)
+    axes.set_xticks(at, ["base" if not s["effects"] else "+ " + "\n+ ".join(s["effects"]) for s in steps])
+    axes.set_xlim(-0.3, len(steps) - 0.7)
+    axes.set_ylim(0, 1.12 * top)
+    axes.set_xlabel("model")
+    axes.set_ylabel(f"rms error ({look.unit_in_words(steps[-1].get('rms_error_unit', '-'))})")
+    figure.legend(loc="outside right upper")
+    return figure
 
 
-def residuals(found: Comparison, file: Path) -> None:
-    """Residual of every row over each condition that varies."""
-    panels = []
-    for rig in dict.fromkeys(r.row.rig for r in found.rows):
-        mine = [r for r in found.rows if r.row.rig == rig]
-        for condition in mine[0].row.conditions:
-            if len({r.row.conditions[condition] for r in mine}) > 1:
-                panels.append((rig, condition, mine))
-    if not panels:
-        return
+def _panels(rows: Sequence[dict]) -> list[tuple[str, str | None]]:
+    """Rig and condition of every panel; a rig whose conditions never change has one panel, its rows in order."""
+    found = []
+    for rig in dict.fromkeys(r["rig"] for r in rows):
+        mine = [r["conditions"] for r in rows if r["rig"] == rig]
+        varied = [name for name in mine[0] if len({c.get(name) for c in mine}) > 1]
+        found += [(rig, name) for name in varied] or [(rig, None)]
+    return found
+
+
+@styled
+def residuals(steps: Sequence[dict]):
+    """Residual over its uncertainty against every condition: the first model, and the last where there are several.
+
+    The band is two standard uncertainties of a row; without any known uncertainty the residual itself is shown.
+    """
+    shown = [steps[0]] if len(steps) == 1 else [steps[0], steps[-1]]
+    known = all(r["z"] is not None for s in shown for r in s["rows"])
+    panels = _panels(shown[0]["rows"])
     columns = min(3, len(panels))
     lines = -(-len(panels) // columns)
-    figure, axes = plt.subplots(
-        lines, columns, figsize=(3.4 * columns, 2.8 * lines), squeeze=False, layout="constrained"
+    figure, grid = look.new_axes(
+        max(3.4 * columns, 4.6), 2.7 * lines + 0.6, nrows=lines, ncols=columns, squeeze=False, sharey=known
     )
-    known = all(r.z is not None for r in found.rows)
-    for axis in axes.flat[len(panels) :]:
-        axis.set_visible(False)
-    for axis, (rig, condition, mine) in zip(axes.flat, panels, strict=False):
-        for split, fill in (("fit", "C0"), ("holdout", "none")):
-            rows = [r for r in mine if r.row.split == split]
-            axis.scatter(
-                [r.row.conditions[condition] for r in rows], [r.z if known else r.residual for r in rows],
-                facecolors=fill, edgecolors="C0", s=22, label="fitted" if split == "fit" else "held out",
-            )  # fmt: skip
-        axis.axhline(0, color="0.5", linewidth=0.8)
+    drawn = {}
+    for axes, (rig, condition) in zip(grid.flat, panels, strict=False):
         if known:
-            axis.axhspan(-2, 2, color="0.92", zorder=0)
-        axis.set_xlabel(condition)
-        axis.set_ylabel("residual / standard uncertainty" if known else "residual", fontsize=8)
-        axis.set_title(rig, fontsize=9)
-    figure.savefig(file, dpi=150)
-    plt.close(figure)
+            drawn["± 2 standard uncertainties of a row"] = axes.axhspan(-2, 2, color=look.BAND, zorder=0)
+        axes.axhline(0, color=look.LINE, linewidth=0.8, zorder=1)
+        for k, step in enumerate(shown):
+            mine = [r for r in step["rows"] if r["rig"] == rig]
+            place = [m if condition is None else r["conditions"][condition] for m, r in enumerate(mine, start=1)]
+            width = (max(place) - min(place)) or 1.0
+            for split, face in (("fit", SERIES[1 - k]), ("holdout", "white")):
+                here = [m for m, r in enumerate(mine) if r["split"] == split]
+                if here:
+                    name = f"{model_name(step['effects'])}{', held out' if split == 'holdout' else ''}"
+                    drawn[name] = axes.scatter(
+                        [place[m] + (0.012 * width if k else 0) for m in here],
+                        [mine[m]["z" if known else "residual"] for m in here],
+                        marker="so"[k], facecolors=face, edgecolors=SERIES[1 - k], s=20, linewidths=0.9, zorder=3 + k,
+                    )  # fmt: skip
+        axes.set_title(rig)
+        axes.set_xlabel("row of this rig (-)" if condition is None else label(condition))
+        axes.set_ylabel("residual / uncertainty (-)" if known else f"residual ({_unit(shown[0]['rows'], rig)})")
+    for axes in grid.flat[len(panels) :]:
+        axes.set_visible(False)
+    figure.legend(drawn.values(), drawn.keys(), loc="outside lower center", ncols=min(2, len(drawn)))
+    return figure
 
 
-def ranking(found: Diagnosis, file: Path) -> None:
-    """chi2 that each candidate takes away; hatched: implausible size, grey: not shown by the data."""
-    suspects = [s for s in found.ranking][::-1]
-    if not suspects:
-        return
-    figure, axis = plt.subplots(figsize=(6.4, 0.8 + 0.36 * len(suspects)), layout="constrained")
+def _unit(rows: Sequence[dict], rig: str) -> str:
+    return look.words(next(r["observable"] for r in rows if r["rig"] == rig))[1]
+
+
+@styled
+def predictions(rows: Sequence[dict]):
+    """Predicted against measured, a panel for each observable of each rig."""
+    pairs = list(dict.fromkeys((r["rig"], r["observable"]) for r in rows))
+    columns = min(3, len(pairs))
+    lines = -(-len(pairs) // columns)
+    figure, grid = look.new_axes(max(3.1 * columns, 4.2), 2.9 * lines + 0.4, nrows=lines, ncols=columns, squeeze=False)
+    drawn = {}
+    for axes, (rig, observable) in zip(grid.flat, pairs, strict=False):
+        mine = [r for r in rows if (r["rig"], r["observable"]) == (rig, observable)]
+        both = [r[k] for r in mine for k in ("value", "predicted")]
+        room = 0.06 * (max(both) - min(both)) or 0.05 * abs(both[0]) or 1.0
+        ends = [min(both) - room, max(both) + room]
+        drawn["equal"] = axes.plot(ends, ends, color=look.LINE, linewidth=1)[0]
+        for split, face in (("fit", look.MODEL), ("holdout", "white")):
+            here = [r for r in mine if r["split"] == split]
+            if here:
+                drawn["fitted rows" if split == "fit" else "held-out rows"] = axes.scatter(
+                    [r["value"] for r in here], [r["predicted"] for r in here],
+                    facecolors=face, edgecolors=look.MODEL, s=20, zorder=3,
+                )  # fmt: skip
+        axes.set(xlim=ends, ylim=ends, aspect="equal", title=rig)
+        axes.set_xlabel(f"measured {label(observable)}")
+        axes.set_ylabel(f"predicted {label(observable)}")
+    for axes in grid.flat[len(pairs) :]:
+        axes.set_visible(False)
+    figure.legend(drawn.values(), drawn.keys(), loc="outside lower center", ncols=3)
+    return figure
+
+
+@styled
+def ranking(found: dict):
+    """chi2 that each candidate takes away; what lies in the band explains as well as the best, within the margin.
+
+    Filled: explains the data. Hatched: only at a size beyond the physical range. Grey: does not explain, or these data
+    cannot show it.
+    """
+    from matplotlib.patches import Patch
+
+    suspects = found["ranking"][::-1]
+    figure, axes = look.new_axes(7.0, 1.3 + 0.34 * len(suspects))
+    tied = {name for names in found["tied"] for name in ([names] if isinstance(names, str) else names)}
+    best = max(s["chi2_drop"] for s in suspects)
+    named = tied or set(found["missing"])
+    used = {}
     for k, s in enumerate(suspects):
-        hidden = s.score is None
-        axis.barh(
-            k,
-            s.chi2_drop,
-            color="0.8" if hidden or s.note else "C0",
-            hatch="//" if s.note == "implausible size" else None,
-        )
-        size = ", ".join(f"{n} = {number(v, 3)}" for n, v in s.value.items())
-        axis.text(s.chi2_drop, k, f"  {s.note or size}", va="center", fontsize=7)
-    best = max(s.chi2_drop for s in suspects)
-    axis.axvspan(best - 4, best, color="C1", alpha=0.2, label="ties with the best")
-    axis.set_yticks(range(len(suspects)), [s.effect for s in suspects], fontsize=8)
-    axis.set_xlim(0, 1.6 * max(best, 1.0))
-    axis.set_xlabel("chi2 drop on refitting")
-    axis.legend(frameon=False, fontsize=8, loc="lower right")
-    figure.savefig(file, dpi=150)
-    plt.close(figure)
+        if s["effect"] in named:
+            face, hatch, kind = look.MODEL, None, "tied" if tied else "missing"
+        elif s["note"] == "implausible size":
+            face, hatch, kind = "white", "////", "only at an implausible size"
+        else:
+            face, hatch, kind = "#C8C8C8", None, "does not explain, or cannot be seen"
+        axes.barh(k, s["chi2_drop"], color=face, hatch=hatch, edgecolor="black", linewidth=0.6, height=0.62)
+        used[kind] = Patch(facecolor=face, hatch=hatch, edgecolor="black", linewidth=0.6)
+        axes.annotate(
+            _size(s), (s["chi2_drop"], k), (5, 0), textcoords="offset points", va="center", fontsize=7.5,
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85},
+        )  # fmt: skip
+    if named and found.get("chi2") is not None:
+        top = max(s["chi2_drop"] for s in suspects if s["effect"] in named)
+        axes.axvspan(top - TIE, top, facecolor=look.MEASURED, alpha=0.25, zorder=0)
+        used[f"as good as the best (within {TIE:g})"] = Patch(facecolor=look.MEASURED, alpha=0.25)
+    axes.set_yticks(range(len(suspects)), [s["effect"] for s in suspects])
+    axes.set_xlim(0, 1.65 * max(best, 1.0))
+    axes.set_xlabel("drop of chi² when the effect is fitted too (-)")
+    axes.set_ylabel("candidate effect")
+    figure.legend(used.values(), used.keys(), loc="outside lower center", ncols=2)
+    return figure
 
 
-def constants(state: Calibrated, found: Diagnosis, file: Path) -> None:
-    """The most drifting constant refitted level by level, with what each of the best rivals makes of it."""
-    if not found.comparison.drifts:
-        return
-    worst = next((d for d in found.comparison.drifts if d.condition != "rig"), None)
-    if worst is None:
-        return
-    model, evidence, fitted = state.model, state.evidence, state.fit
-    column = [model.names[c] for c in fitted.problem.free].index(worst.parameter)
-    cells = [model.cases[c] for c in evidence.case]
-    mine = np.array([c.rig == worst.rig for c in cells])
-    level = np.array([c.conditions.get(worst.condition, np.nan) for c in cells])
-    slope = fitted.jacobian[:, column]
-    levels = np.unique(level[mine])
+def _size(suspect: dict) -> str:
+    if suspect["note"]:
+        return suspect["note"]
+    return ", ".join(
+        f"{look.words(n)[0]} {v:.3g} {look.words(n)[1]}".removesuffix(" -") for n, v in suspect["value"].items()
+    )
 
-    def by_level(residual):
-        """Constant at each level: one Gauss-Newton step from the fitted value, and its standard error."""
-        values, errors = [], []
-        for x in levels:
-            here = mine & (level == x)
-            weight = (slope[here] ** 2).sum()
-            values.append(fitted.values[column] + (slope[here] * residual[here]).sum() / weight)
-            errors.append(1 / np.sqrt(weight))
-        return np.array(values), np.array(errors)
 
-    figure, axis = plt.subplots(figsize=(6.0, 3.8), layout="constrained")
-    values, errors = by_level(fitted.residual)
-    axis.errorbar(levels, values, errors, fmt="ko", capsize=3, label="measured")
-    axis.axhline(fitted.values[column], color="0.5", linestyle=":", label="present model")
-    base = model.predict(fitted.point).mean[0, evidence.case]
-    singles = [r for r in found.rivals if r.fit.chi2 < fitted.chi2 - 4][:4]
-    for rival in singles:
-        there = model.predict(rival.fit.point).mean[0, evidence.case]
-        axis.plot(levels, by_level(evidence.whitened(there - base))[0], label=" + ".join(rival.effects))
-    axis.set_xlabel(worst.condition)
-    axis.set_ylabel(worst.parameter)
-    axis.set_title(f"{worst.rig}: one constant, refitted level by level", fontsize=9)
-    axis.legend(frameon=False, fontsize=8)
-    figure.savefig(file, dpi=150)
-    plt.close(figure)
+@styled
+def constants(told: dict):
+    """The most drifting constant refitted level by level (`levels.by_level`), with the rivals' curves over it."""
+    figure, axes = look.new_axes(6.4, 3.6)
+    error = 2 * np.array(told["standard_errors"])
+    axes.errorbar(
+        told["levels"], told["values"], error, fmt="o", color="black", capsize=3, zorder=5,
+        label="refitted at each level,\n± 2 standard errors",
+    )  # fmt: skip
+    axes.axhline(told["present"], color=look.LINE, linewidth=1, label="present model: one value")
+    for k, (name, values) in enumerate(told["rivals"].items()):
+        axes.plot(told["levels"], values, linestyle=DASHES[k % 6], color=SERIES[k % 6], label=f"with {name}")
+    axes.set_xlabel(label(told["condition"]))
+    axes.set_ylabel(label(told["parameter"]))
+    axes.set_title(told["rig"])
+    figure.legend(loc="outside right upper")
+    return figure
+
+
+@styled
+def next_measurement(told: dict):
+    """What each rival predicts for the proposed measurement, with its uncertainty."""
+    names = list(told["predictions"])[::-1]
+    figure, axes = look.new_axes(6.4, 1.0 + 0.4 * len(names))
+    for k, name in enumerate(names):
+        axes.errorbar(
+            told["predictions"][name], k, xerr=2 * told["uncertainties"][name], fmt=MARKERS[k % 6], color=SERIES[k % 6],
+            capsize=3,
+        )  # fmt: skip
+    axes.set_yticks(range(len(names)), names)
+    axes.set_ylim(-0.6, len(names) - 0.4)
+    axes.set_xlabel(f"predicted {label(told['observable'])}, ± 2 standard uncertainties")
+    axes.set_ylabel("explanation")
+    return figure

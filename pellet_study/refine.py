@@ -19,7 +19,7 @@ MOST_EFFECTS = 3
 
 @dataclass(frozen=True)
 class Refinement:
-    """What refine did: `steps[0]` is the model as it came, `study` the model as it is left."""
+    """What refine did: `steps[0]` is the model as it came, `first` its fit; `study`, `state` as it is left."""
 
     verdict: str
     added: tuple[str, ...]
@@ -27,6 +27,7 @@ class Refinement:
     steps: tuple[Comparison, ...]
     diagnoses: tuple[Diagnosis, ...]
     study: Study
+    first: Calibrated
     state: Calibrated
 
     @property
@@ -50,7 +51,7 @@ def refine(
     ------
     InputError : the study gives nothing to fit
     """
-    state = state or calibrate(study, Model(study, engines=engines))
+    first = state = state or calibrate(study, Model(study, engines=engines))
     comparison = compare(study, state, level_out=propose)
     steps, diagnoses, added = [comparison], [], []
     while True:
@@ -83,7 +84,7 @@ def refine(
         }
         study = study.with_effect(name, values)
     return Refinement(
-        diagnoses[-1].verdict, tuple(added), diagnoses[-1].tied, tuple(steps), tuple(diagnoses), study, state
+        diagnoses[-1].verdict, tuple(added), diagnoses[-1].tied, tuple(steps), tuple(diagnoses), study, first, state
     )
 
 

@@ -56,7 +56,7 @@ def test_add_drop_and_history(tmp_path):
     assert (study / "study.toml").read_text().split("[effects]")[0].strip() == text.strip()
     status, told = command("history", study, json_file=tmp_path / "h.json")
     assert [s["effects"] for s in told["steps"]] == [[], ["cohesion"], []]
-    assert (study / "history.png").stat().st_size > 10_000
+    assert (study / "figures" / "ladder.png").stat().st_size > 10_000
 
 
 @pytest.mark.parametrize(

@@ -1,7 +1,6 @@
 """pellet-study add STUDY EFFECT: write an effect into study.toml and recalibrate."""
 
 import argparse
-import sys
 from pathlib import Path
 
 from pellet_study import answers, pages
@@ -10,12 +9,21 @@ from pellet_study.compare import calibrate, compare
 from pellet_study.errors import InputError
 from pellet_study.model import Model
 from pellet_study.study import Setting, check, load, settings, write_effect
+from pellet_study.terminal import done, say, warn, working
+
+EXAMPLE = """\
+Writes the effect into [effects] of study.toml, compare.txt and compare.json, and a step of the history.
+
+example:
+  pellet-study add results/wet_beads cohesion
+"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The study and the effect."""
-    parser.add_argument("study", type=Path, help="folder with study.toml and measurements.csv")
-    parser.add_argument("effect", help="name of the effect")
+    parser.epilog = EXAMPLE
+    parser.add_argument("study", metavar="STUDY", type=Path, help="folder with study.toml and measurements.csv")
+    parser.add_argument("effect", metavar="EFFECT", help="name of the effect")
 
 
 def run(arguments: argparse.Namespace) -> dict:
@@ -29,11 +37,12 @@ def run(arguments: argparse.Namespace) -> dict:
             f"{arguments.effect} acts in none of the rigs used ({', '.join(study.rigs)})"
             f"{nearest(arguments.effect, study.acting())}"
         )
-    before = compare(study, level_out=True)
     larger = study.with_effect(arguments.effect)
     check(larger)
-    state = calibrate(larger, Model(larger))
-    after = compare(larger, state, level_out=True)
+    with working("calibrating without and with the effect"):
+        before = compare(study, level_out=True)
+        state = calibrate(larger, Model(larger))
+        after = compare(larger, state, level_out=True)
     prefix = f"{arguments.effect}."
     fitted = {name: after.parameters[prefix + name] for name in settings(study.catalogue.effects[arguments.effect], {})}
     free = settings(study.catalogue.effects[arguments.effect], fitted)
@@ -42,9 +51,11 @@ def run(arguments: argparse.Namespace) -> dict:
         arguments.effect,
         {k: Setting(fitted[k], s.low, s.high) for k, s in free.items()},
     )
-    steps = [answers.step(before), answers.step(after)]
+    steps = [answers.comparison(before), answers.comparison(after)]
     answers.record(arguments.study, steps)
-    print("\n".join([pages.comparison_page(larger, after), "", *pages.ladder(steps)]))
-    for warning in after.warnings:
-        print(f"warning: {warning}", file=sys.stderr)
-    return {**answers.comparison(after), "before": answers.step(before)}
+    page = "\n".join([pages.comparison_page(larger, after), "", *pages.ladder(steps)])
+    say(page)
+    warn(after.warnings)
+    answers.leave(arguments.study, "compare", page, steps[1])
+    done(arguments.study / "compare.txt", f"{'report' if after.fits else 'diagnose'} {arguments.study}")
+    return {**steps[1], "before": steps[0]}

@@ -1,31 +1,42 @@
 """pellet-study compare STUDY: calibrate the present model, residual of every row, where it fails."""
 
 import argparse
-import sys
 from pathlib import Path
 
 from pellet_study import answers, pages
 from pellet_study.compare import compare
 from pellet_study.study import load
+from pellet_study.terminal import done, say, warn, working
+
+EXAMPLE = """\
+Writes compare.txt and compare.json into STUDY, which `report` shows.
+
+example:
+  pellet-study compare results/wet_beads --figures
+"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The study."""
-    parser.add_argument("study", type=Path, help="folder with study.toml and measurements.csv")
+    parser.epilog = EXAMPLE
+    parser.add_argument("study", metavar="STUDY", type=Path, help="folder with study.toml and measurements.csv")
     parser.add_argument("--figures", action="store_true", help="also draw the figures")
 
 
 def run(arguments: argparse.Namespace) -> dict:
-    """Compare, print the page, leave compare.txt in the study."""
+    """Compare, print the page, leave it and the answer in the study."""
     study = load(arguments.study)
-    found = compare(study, level_out=True)
+    with working("comparing the model with the measurements"):
+        found = compare(study, level_out=True)
     page = pages.comparison_page(study, found)
-    print(page)
-    for warning in found.warnings:
-        print(f"warning: {warning}", file=sys.stderr)
-    (arguments.study / "compare.txt").write_text(page + "\n", encoding="utf-8")
+    answer = answers.comparison(found)
+    say(page)
+    warn(found.warnings)
+    answers.leave(arguments.study, "compare", page, answer)
     if arguments.figures:
-        from pellet_study import figures
+        from pellet_study import figures, look
 
-        figures.residuals(found, arguments.study / "residuals.png")
-    return answers.comparison(found)
+        look.save(figures.predictions(answer["rows"]), arguments.study / "figures" / "predictions.png")
+        look.save(figures.residuals([answer]), arguments.study / "figures" / "residuals.png")
+    done(arguments.study / "compare.txt", f"{'report' if found.fits else 'diagnose'} {arguments.study}")
+    return answer

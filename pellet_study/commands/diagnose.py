@@ -1,33 +1,49 @@
 """pellet-study diagnose STUDY: rank the effects the model lacks; changes nothing."""
 
 import argparse
-import sys
 from pathlib import Path
 
 from pellet_study import answers, pages
 from pellet_study.compare import calibrate
 from pellet_study.diagnose import diagnose
+from pellet_study.levels import by_level
 from pellet_study.study import load
+from pellet_study.terminal import done, say, warn, working
+
+EXAMPLE = """\
+Writes diagnose.txt and diagnose.json into STUDY, which `report` shows; study.toml stays as it is.
+
+example:
+  pellet-study diagnose results/wet_beads --figures
+"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The study."""
-    parser.add_argument("study", type=Path, help="folder with study.toml and measurements.csv")
+    parser.epilog = EXAMPLE
+    parser.add_argument("study", metavar="STUDY", type=Path, help="folder with study.toml and measurements.csv")
     parser.add_argument("--figures", action="store_true", help="also draw the figures")
 
 
 def run(arguments: argparse.Namespace) -> dict:
-    """Diagnose, print the page, leave diagnose.txt in the study."""
+    """Diagnose, print the page, leave it and the answer in the study."""
     study = load(arguments.study)
-    found = diagnose(study)
+    with working("ranking the candidate effects"):
+        state = calibrate(study)
+        found = diagnose(study, state)
     page = pages.diagnosis_page(study, found)
-    print(page)
-    for warning in dict.fromkeys(found.warnings):
-        print(f"warning: {warning}", file=sys.stderr)
-    (arguments.study / "diagnose.txt").write_text(page + "\n", encoding="utf-8")
+    answer = {**answers.diagnosis(found), "by_level": by_level(state, found)}
+    say(page)
+    warn(found.warnings)
+    answers.leave(arguments.study, "diagnose", page, answer)
     if arguments.figures:
-        from pellet_study import figures
+        from pellet_study import figures, look
 
-        figures.ranking(found, arguments.study / "ranking.png")
-        figures.constants(calibrate(study), found, arguments.study / "constants.png")
-    return answers.diagnosis(found)
+        folder = arguments.study / "figures"
+        if answer["ranking"]:
+            look.save(figures.ranking(answer), folder / "ranking.png")
+        if answer["by_level"]:
+            look.save(figures.constants(answer["by_level"]), folder / "constants.png")
+    after = f"add {arguments.study} {found.missing[0]}" if found.missing else f"report {arguments.study}"
+    done(arguments.study / "diagnose.txt", after)
+    return answer

@@ -1,7 +1,6 @@
 """pellet-study drop STUDY EFFECT: take an effect out of study.toml and recalibrate."""
 
 import argparse
-import sys
 from pathlib import Path
 
 from pellet_study import answers, pages
@@ -9,12 +8,21 @@ from pellet_study.catalogue import nearest
 from pellet_study.compare import compare
 from pellet_study.errors import InputError
 from pellet_study.study import erase_effect, load
+from pellet_study.terminal import done, say, warn, working
+
+EXAMPLE = """\
+Takes the effect out of [effects] of study.toml; writes compare.txt and compare.json, and a step of the history.
+
+example:
+  pellet-study drop results/wet_beads cohesion
+"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The study and the effect."""
-    parser.add_argument("study", type=Path, help="folder with study.toml and measurements.csv")
-    parser.add_argument("effect", help="name of an effect in [effects]")
+    parser.epilog = EXAMPLE
+    parser.add_argument("study", metavar="STUDY", type=Path, help="folder with study.toml and measurements.csv")
+    parser.add_argument("effect", metavar="EFFECT", help="name of an effect in [effects]")
 
 
 def run(arguments: argparse.Namespace) -> dict:
@@ -22,13 +30,16 @@ def run(arguments: argparse.Namespace) -> dict:
     study = load(arguments.study)
     if arguments.effect not in study.effects:
         raise InputError(f"{arguments.effect} is not in [effects]{nearest(arguments.effect, study.effects)}")
-    before = compare(study, level_out=True)
-    erase_effect(arguments.study / "study.toml", arguments.effect)
-    smaller = load(arguments.study)
-    after = compare(smaller, level_out=True)
-    steps = [answers.step(before), answers.step(after)]
+    with working("calibrating with and without the effect"):
+        before = compare(study, level_out=True)
+        erase_effect(arguments.study / "study.toml", arguments.effect)
+        smaller = load(arguments.study)
+        after = compare(smaller, level_out=True)
+    steps = [answers.comparison(before), answers.comparison(after)]
     answers.record(arguments.study, steps)
-    print("\n".join([pages.comparison_page(smaller, after), "", *pages.ladder(steps)]))
-    for warning in after.warnings:
-        print(f"warning: {warning}", file=sys.stderr)
-    return {**answers.comparison(after), "before": answers.step(before)}
+    page = "\n".join([pages.comparison_page(smaller, after), "", *pages.ladder(steps)])
+    say(page)
+    warn(after.warnings)
+    answers.leave(arguments.study, "compare", page, steps[1])
+    done(arguments.study / "compare.txt", f"{'report' if after.fits else 'diagnose'} {arguments.study}")
+    return {**steps[1], "before": steps[0]}

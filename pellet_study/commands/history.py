@@ -6,21 +6,31 @@ from pathlib import Path
 from pellet_study import answers, pages
 from pellet_study.errors import InputError
 from pellet_study.study import load
+from pellet_study.terminal import done, say
+
+EXAMPLE = """\
+The steps that add, drop and refine left in STUDY; draws figures/ladder.png.
+
+example:
+  pellet-study history results/wet_beads
+"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The study."""
-    parser.add_argument("study", type=Path, help="folder with study.toml and measurements.csv")
+    parser.epilog = EXAMPLE
+    parser.add_argument("study", metavar="STUDY", type=Path, help="folder with study.toml and measurements.csv")
 
 
 def run(arguments: argparse.Namespace) -> dict:
-    """Print the ladder and draw history.png."""
+    """Print the ladder and draw it."""
     study = load(arguments.study)
     steps = answers.read_history(arguments.study)
     if not steps:
         raise InputError(f"{arguments.study}: nothing was done yet; run add, drop or refine first")
-    print("\n".join([study.title, "", *pages.ladder(steps)]))
-    from pellet_study import figures
+    say("\n".join([study.title, "", *pages.ladder(steps)]))
+    from pellet_study import figures, look
 
-    figures.ladder(steps, arguments.study / "history.png")
+    file = look.save(figures.ladder(steps), arguments.study / "figures" / "ladder.png")
+    done(file, f"report {arguments.study}")
     return {"steps": steps}

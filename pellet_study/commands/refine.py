@@ -1,31 +1,43 @@
 """pellet-study refine STUDY: compare, diagnose, add, again, until adequate, tied or unexplained."""
 
 import argparse
-import sys
 from pathlib import Path
 
 from pellet_study import answers, pages
+from pellet_study.levels import by_level
 from pellet_study.refine import refine
 from pellet_study.study import load, write_effect
+from pellet_study.terminal import done, say, warn, working
+
+EXAMPLE = """\
+Writes what it adds into study.toml; refine.txt, refine.json, compare.json and the history into STUDY.
+
+example:
+  pellet-study refine results/wet_beads
+"""
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The study."""
-    parser.add_argument("study", type=Path, help="folder with study.toml and measurements.csv")
+    parser.epilog = EXAMPLE
+    parser.add_argument("study", metavar="STUDY", type=Path, help="folder with study.toml and measurements.csv")
 
 
 def run(arguments: argparse.Namespace) -> dict:
     """Refine, write what was added into study.toml, print the page, leave refine.txt and the history in the study."""
     study = load(arguments.study)
-    found = refine(study)
+    with working("comparing, diagnosing, adding"):
+        found = refine(study)
     file = arguments.study / "study.toml"
     for name in found.added:
         write_effect(file, name, found.study.effects[name])
     answer = answers.refinement(found)
+    answer["diagnoses"][0]["by_level"] = by_level(found.first, found.diagnoses[0])
     answers.record(arguments.study, answer["steps"])
     page = pages.refinement_page(study, found, answer["steps"])
-    print(page)
-    for warning in answer["warnings"]:
-        print(f"warning: {warning}", file=sys.stderr)
-    (arguments.study / "refine.txt").write_text(page + "\n", encoding="utf-8")
+    say(page)
+    warn(answer["warnings"])
+    answers.leave(arguments.study, "refine", page, answer)
+    answers.leave(arguments.study, "compare", pages.comparison_page(found.study, found.steps[-1]), answer["steps"][-1])
+    done(arguments.study / "refine.txt", f"report {arguments.study}")
     return answer

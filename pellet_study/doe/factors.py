@@ -62,10 +62,8 @@ class Factor:
 
 
 def with_unit(name: str, unit: str) -> str:
-    """A quantity and its unit as written on an axis: `angle / deg`, `G / (J/m2)`."""
-    if not unit:
-        return name
-    return f"{name} / ({unit})" if "/" in unit else f"{name} / {unit}"
+    """A quantity and its unit as written on an axis: `angle (deg)`, `G (J/m2)`."""
+    return f"{name} ({unit})" if unit else name
 
 
 def parse_factor(text: str) -> Factor:

@@ -1,7 +1,6 @@
 """Figures of the designs: Pareto and half-normal plots, response surfaces, fitted against observed, a climb.
 
-Matplotlib is imported when a figure is asked for. Colours are told apart in grey and by colour-blind readers:
-what matters is also said by marker, hatch or line style.
+The look is that of `pellet_study.look`; matplotlib is imported when a figure is asked for.
 """
 
 from itertools import combinations
@@ -9,26 +8,18 @@ from pathlib import Path
 
 import numpy as np
 
+from pellet_study import look
 from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.factors import with_unit
 from pellet_study.doe.optimum import TargetSet
 from pellet_study.doe.plackett_burman import Lenth, Screening
 from pellet_study.doe.steepest_climb import Climb
+from pellet_study.look import new_axes, styled
 
-DARK, LIGHT, ACCENT = "#1b3a5c", "#9db7d1", "#d1495b"
-SIZE = (6.4, 4.2)
-
-
-def new_axes(figsize=SIZE, **kwargs):
-    """A figure and its axes on the file backend (no window)."""
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=figsize, layout="constrained", dpi=150)
-    FigureCanvasAgg(figure)
-    return figure, figure.subplots(**kwargs)
+DARK, LIGHT, ACCENT = look.MODEL, look.LIGHT, look.MEASURED
 
 
+@styled
 def pareto(screening: Screening, unit: str = ""):
     """Sizes of the effects with their 5 % margins: of the t test, and Lenth's."""
     figure, axes = new_axes()
@@ -46,7 +37,6 @@ def pareto(screening: Screening, unit: str = ""):
             (3, 0),
             textcoords="offset points",
             va="center",
-            fontsize=8,
         )
     _margins(axes, screening)
     _legend_of_signs(axes)
@@ -78,6 +68,7 @@ def _legend_of_signs(axes) -> None:
     axes.legend(handles=signs + handles, fontsize=8, loc="lower right")
 
 
+@styled
 def half_normal(effects: dict[str, float], lenth: Lenth | None = None, unit: str = "", noise=()):
     """Half-normal plot: noise lies on a line through the origin, what acts stands to its right.
 
@@ -90,7 +81,9 @@ def half_normal(effects: dict[str, float], lenth: Lenth | None = None, unit: str
     sizes, named = np.array([size for size, _ in ranked]), np.array([bool(name) for _, name in ranked])
     quantiles = ndtri(0.5 + 0.5 * (np.arange(1, len(sizes) + 1) - 0.5) / len(sizes))
     if len(noise):
-        axes.plot(sizes[~named], quantiles[~named], "s", color="0.6", markersize=6, label="unused columns of the design")
+        axes.plot(
+            sizes[~named], quantiles[~named], "s", color="0.6", markersize=6, label="unused columns of the design"
+        )
     axes.plot(sizes[named], quantiles[named], "o", color=DARK, markersize=7)
     for (size, name), quantile in zip(ranked, quantiles, strict=True):
         left = size > 0.6 * sizes[-1]
@@ -123,6 +116,7 @@ def half_normal(effects: dict[str, float], lenth: Lenth | None = None, unit: str
     return figure
 
 
+@styled
 def surface_contours(surface: Surface, found: TargetSet | None = None, unit: str = ""):
     """The response over every pair of factors, the others at the recommended point (else at the centre).
 
@@ -134,7 +128,7 @@ def surface_contours(surface: Surface, found: TargetSet | None = None, unit: str
     rest = found.coded if found is not None else np.zeros(len(factors))
     columns = min(3, len(pairs))
     rows = -(-len(pairs) // columns)
-    figure, grid = new_axes((4.3 * columns + 0.8, 4.1 * rows), nrows=rows, ncols=columns, squeeze=False)
+    figure, grid = new_axes(4.3 * columns + 0.8, 4.1 * rows, nrows=rows, ncols=columns, squeeze=False)
     planes = [_plane(surface, pair, rest) for pair in pairs]
     levels = MaxNLocator(12).tick_values(min(z.min() for *_, z in planes), max(z.max() for *_, z in planes))
     for axes, pair, (x, y, z) in zip(grid.flat, pairs, planes, strict=False):
@@ -223,9 +217,10 @@ def _surface_legend(figure, found: TargetSet | None, unit: str) -> None:
     figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), fontsize=9)
 
 
+@styled
 def predicted_observed(surface: Surface, unit: str = ""):
     """Fitted against observed response, replicated centre points marked."""
-    figure, axes = new_axes((4.8, 4.4))
+    figure, axes = new_axes(4.8, 4.4)
     observed, fitted = surface.model.response, surface.runs.fitted
     centre = (np.abs(surface.table.coded.to_numpy()) < 0.05).all(axis=1)
     ends = [min(observed.min(), fitted.min()), max(observed.max(), fitted.max())]
@@ -238,6 +233,7 @@ def predicted_observed(surface: Surface, unit: str = ""):
     return figure
 
 
+@styled
 def climb_path(climb: Climb, unit: str = "", target: float | None = None):
     """Predicted response along a path with its prediction interval."""
     figure, axes = new_axes()
@@ -261,9 +257,4 @@ def climb_path(climb: Climb, unit: str = "", target: float | None = None):
 
 def save(figures: dict, folder: Path) -> list[Path]:
     """Write {name: figure} as PNG files without a date in them; returns the paths."""
-    folder.mkdir(parents=True, exist_ok=True)
-    paths = []
-    for name, figure in figures.items():
-        paths.append(folder / f"{name}.png")
-        figure.savefig(paths[-1], metadata={"Software": None})
-    return paths
+    return [look.save(figure, folder / f"{name}.png") for name, figure in figures.items()]

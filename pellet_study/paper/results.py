@@ -7,6 +7,7 @@ import numpy as np
 import pandas as pd
 
 from pellet_study.doe import figures, optimum, steepest_climb
+from pellet_study.look import new_axes, styled
 from pellet_study.paper import designs, table, tables
 from pellet_study.paper.audit import counts
 from pellet_study.paper.verdicts import Item
@@ -106,8 +107,8 @@ def drawn() -> dict:
     """{name: figure}."""
     screening, surface, found = designs.screening(), designs.surface(), target()
     return {
-        "eq1_restitution": bench_curve(3, "restitution coefficient a1", "rebound height b1 / mm", 8.01),
-        "eq3_rolling_friction": bench_curve(5, "rolling friction coefficient a3", "rolling distance b3 / mm", 69.2),
+        "eq1_restitution": bench_curve(3, "restitution coefficient a1 (-)", "rebound height b1 (mm)", 8.01),
+        "eq3_rolling_friction": bench_curve(5, "rolling friction coefficient a3 (-)", "rolling distance b3 (mm)", 69.2),
         "table08_pareto": figures.pareto(screening, UNIT),
         "table08_half_normal": figures.half_normal(screening.effects, screening.lenth, UNIT, screening.noise_contrasts),
         "table10_climb": figures.climb_path(climb()[0], UNIT, target=found.target),
@@ -116,18 +117,19 @@ def drawn() -> dict:
     }
 
 
+@styled
 def bench_curve(number: int, xlabel: str, ylabel: str, measured: float):
     """The fit of Table 3 or 5 with the measured value it is solved for."""
     model = designs.bench_fit(number)
     x = model.coded[:, 0]
     line = np.linspace(x.min(), x.max(), 100)
-    figure, axes = figures.new_axes()
+    figure, axes = new_axes()
     axes.plot(x, model.response, "o", color=figures.DARK, label=f"simulated, Table {number}")
     axes.plot(line, model.predict(line[:, None]), color=figures.DARK, label="quadratic fit")
     axes.axhline(measured, color=figures.ACCENT, linestyle="--", label=f"measured {measured:g} mm")
     axes.set_xlabel(xlabel)
     axes.set_ylabel(ylabel)
-    axes.legend(fontsize=8)
+    axes.legend()
     return figure
 
 

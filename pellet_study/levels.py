@@ -1,0 +1,54 @@
+"""One calibrated constant refitted level by level of a condition, and what each rival makes of it."""
+
+import numpy as np
+
+from pellet_study.compare import Calibrated
+from pellet_study.diagnose import Diagnosis
+
+MOST_RIVALS = 4
+
+
+def by_level(state: Calibrated, found: Diagnosis) -> dict | None:
+    """The most drifting constant at each level of the condition it drifts with; None where none drifts.
+
+    At each level one Gauss-Newton step from the fitted value, c + sum(J r)/sum(J^2) with standard error 1/sqrt(sum J^2)
+    over the cells of that level (J, r whitened). A rival's curve is the same step for what it predicts there.
+
+    Returns
+    -------
+    {"parameter", "rig", "condition", "levels", "values", "standard_errors", "present", "rivals": {effects: values}}
+    """
+    worst = next((d for d in found.comparison.drifts if d.condition != "rig"), None)
+    if worst is None:
+        return None
+    model, evidence, fitted = state.model, state.evidence, state.fit
+    column = [model.names[c] for c in fitted.problem.free].index(worst.parameter)
+    cells = [model.cases[c] for c in evidence.case]
+    mine = np.array([c.rig == worst.rig for c in cells])
+    level = np.array([c.conditions.get(worst.condition, np.nan) for c in cells])
+    slope = fitted.jacobian[:, column]
+    levels = [x for x in np.unique(level[mine]) if (slope[mine & (level == x)] != 0).any()]
+    weights = [(slope[mine & (level == x)] ** 2).sum() for x in levels]
+
+    def refitted(residual: np.ndarray) -> list[float]:
+        steps = [
+            (slope[here] * residual[here]).sum() / weight
+            for here, weight in zip((mine & (level == x) for x in levels), weights, strict=True)
+        ]
+        return [float(fitted.values[column] + step) for step in steps]
+
+    base = model.predict(fitted.point).mean[0, evidence.case]
+    rivals = {}
+    for rival in [r for r in found.rivals if r.fit.chi2 < fitted.chi2 - 4][:MOST_RIVALS]:
+        there = model.predict(rival.fit.point).mean[0, evidence.case]
+        rivals[" + ".join(rival.effects)] = refitted(evidence.whitened(there - base))
+    return {
+        "parameter": worst.parameter,
+        "rig": worst.rig,
+        "condition": worst.condition,
+        "levels": [float(x) for x in levels],
+        "values": refitted(fitted.residual),
+        "standard_errors": [float(1 / np.sqrt(w)) for w in weights],
+        "present": float(fitted.values[column]),
+        "rivals": rivals,
+    }

@@ -1,0 +1,113 @@
+"""The one look of all figures: told apart by colour-blind readers and in grey, a unit on every axis, nothing spare.
+
+Colours are Okabe & Ito's (2008, "Color universal design"); what matters is also said by marker, hatch or line style.
+Matplotlib is imported when a figure is asked for.
+"""
+
+import io
+from functools import wraps
+from pathlib import Path
+
+MODEL, MEASURED, PAPER = "#0072B2", "#D55E00", "#555555"
+LIGHT, BAND, LINE = "#BBD7EA", "#EDEDED", "#8A8A8A"
+SERIES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
+MARKERS = ("o", "s", "^", "D", "v", "P")
+DASHES = ("-", "--", "-.", ":", (0, (6, 1.5, 1, 1.5, 1, 1.5)), (0, (1, 1)))
+
+STYLE = {
+    "font.family": "DejaVu Sans",
+    "font.size": 9,
+    "axes.labelsize": 9,
+    "axes.titlesize": 9.5,
+    "axes.titlelocation": "left",
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.linewidth": 0.8,
+    "xtick.labelsize": 8,
+    "ytick.labelsize": 8,
+    "legend.fontsize": 8,
+    "legend.frameon": False,
+    "lines.linewidth": 1.6,
+    "lines.markersize": 5,
+    "hatch.linewidth": 0.6,
+    "svg.hashsalt": "pellet_study",
+}
+UNITS = {
+    "mm": "mm",
+    "um": "µm",
+    "m": "m",
+    "mg": "mg",
+    "g": "g",
+    "deg": "deg",
+    "pa": "Pa",
+    "mpa": "MPa",
+    "kg_m3": "kg/m³",
+    "m_s": "m/s",
+    "n_m": "N/m",
+    "j_m2": "J/m²",
+    "percent": "%",
+    "s": "s",
+}
+SYMBOLS = {
+    "seed_powder_restitution": "$a_1$",
+    "seed_powder_static_friction": "$a_2$",
+    "seed_powder_rolling_friction": "$a_3$",
+}  # the source paper's
+
+
+def styled(draw):
+    """A function that makes a figure, run in the project's style."""
+
+    @wraps(draw)
+    def in_style(*arguments, **options):
+        import matplotlib
+
+        with matplotlib.rc_context(STYLE):
+            return draw(*arguments, **options)
+
+    return in_style
+
+
+def new_axes(width: float = 6.0, height: float = 3.8, **grid):
+    """A figure and its axes on the file backend (no window); `grid` goes to `Figure.subplots`."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    figure = Figure(figsize=(width, height), layout="constrained")
+    FigureCanvasAgg(figure)
+    return figure, figure.subplots(**grid)
+
+
+def words(name: str) -> tuple[str, str]:
+    """A column's name in words, and its unit: `layer_height_mm` -> ("layer height", "mm"); no unit: "-"."""
+    for suffix in sorted(UNITS, key=len, reverse=True):
+        if name.endswith("_" + suffix):
+            return name[: -len(suffix) - 1].replace("_", " "), UNITS[suffix]
+    return name.replace("_", " "), "-"
+
+
+def label(name: str) -> str:
+    """A column's name as written on an axis: `layer height (mm)`; a parameter of the paper with its symbol."""
+    text, unit = words(name)
+    return f"{text} {SYMBOLS[name]} ({unit})" if name in SYMBOLS else f"{text} ({unit})"
+
+
+def unit_in_words(unit: str) -> str:
+    """A unit as written at the end of a name, printed: `pa` -> Pa."""
+    return UNITS.get(unit, unit)
+
+
+@styled
+def save(figure, file: Path) -> Path:
+    """Write a figure as PNG, the same bytes for the same content."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    figure.savefig(file, dpi=150, metadata={"Software": None})
+    return file
+
+
+@styled
+def svg(figure) -> str:
+    """A figure as the text of an SVG file, the same for the same content."""
+    stream = io.StringIO()
+    figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})
+    return stream.getvalue()

@@ -1,0 +1,63 @@
+"""What the commands show: pages, warnings, progress, and at the end where the results are and what comes next.
+
+Colours and progress only on a terminal; NO_COLOR turns colours off (no-color.org).
+"""
+
+import os
+import re
+import sys
+import threading
+from collections.abc import Iterable
+from contextlib import contextmanager
+
+WIDTH = 80
+QUIET_S = 2.0  # work shorter than this is not announced
+HEADS = re.compile(r"^(FIT|WHERE|ANSWER|NEXT|NOTE|results|next)\b", re.MULTILINE)
+
+
+def coloured(stream) -> bool:
+    """Whether a stream is a terminal that wants colours."""
+    return stream.isatty() and "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
+
+
+def say(page: str) -> None:
+    """Print a page; on a terminal the words its paragraphs begin with are bold."""
+    print(HEADS.sub("\033[1m\\1\033[0m", page) if coloured(sys.stdout) else page)
+
+
+def warn(messages: Iterable[str]) -> None:
+    """Warnings, each once, on the error stream."""
+    for message in dict.fromkeys(messages):
+        text = f"warning: {message}"
+        print(f"\033[33m{text}\033[0m" if coloured(sys.stderr) else text, file=sys.stderr)
+
+
+def done(where, command: str | None = None) -> None:
+    """The last line of an answer: where the results are, which command comes next."""
+    say(f"\nresults: {where}" + (f"; next: pellet-study {command}" if command else ""))
+
+
+@contextmanager
+def working(on: str):
+    """Say on a terminal what is being done and for how long, where it takes over two seconds."""
+    from tqdm import tqdm
+
+    if not sys.stderr.isatty():
+        yield
+        return
+    ended = threading.Event()
+    bar = tqdm(desc=on, bar_format="{desc}, {elapsed}", leave=False, delay=QUIET_S)
+
+    def tick() -> None:
+        while not ended.wait(0.5):
+            bar.update(0)
+            bar.refresh()
+
+    ticking = threading.Thread(target=tick, daemon=True)
+    ticking.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        ticking.join()
+        bar.close()
