@@ -4,12 +4,12 @@ SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 BIN := .venv/bin
 APT_INSTALL := $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends
 
-.PHONY: study test install yade results
+.PHONY: study test install yade browser results
 
 study: install yade
 	$(BIN)/pellet-study bench results/quick
 
-test: install yade
+test: install yade browser
 	$(BIN)/python -m pytest
 
 # remakes the committed results in full; resumable, about an hour on two cores
@@ -35,3 +35,9 @@ yade:
 	  echo "YADE is missing: installing Debian's package yade (a few minutes)"; \
 	  $(SUDO) apt-get update -qq && \
 	  $(APT_INSTALL) yade >/dev/null; fi
+
+browser:
+	@if command -v chromium >/dev/null || command -v chromium-browser >/dev/null || command -v google-chrome >/dev/null; then :; else \
+	  echo "installing Debian's chromium, in which the tests open the report"; \
+	  $(SUDO) apt-get update -qq && $(APT_INSTALL) chromium >/dev/null || \
+	  echo "there is no Chromium to be had: the tests that need one are skipped"; fi

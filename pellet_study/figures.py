@@ -17,7 +17,7 @@ def model_name(effects: Sequence[str]) -> str:
 @styled
 def ladder(steps: Sequence[dict]):
     """The error after each step, on fitted and held-out rows, down to what the scatter of the readings leaves."""
-    figure, axes = look.new_axes(6.4, 3.6)
+    figure, axes = look.new_axes(5.4, 3.9)
     at = np.arange(len(steps))
     curves = [
         ("fitted rows", [s["rms_error"] for s in steps]),
@@ -41,7 +41,7 @@ def ladder(steps: Sequence[dict]):
     floors = np.array([s.get("noise_floor") for s in steps], dtype=float)
     if not np.isnan(floors).all():
         floor = floors[~np.isnan(floors)][-1]
-        axes.axhspan(0, floor, color=look.BAND, zorder=0, label="noise floor: scatter of the readings")
+        axes.axhspan(0, floor, color=look.BAND, zorder=0, label="noise floor (scatter of readings)")
         axes.axhline(floor, color=look.LINE, linewidth=0.8)
         top = max(top, floor)
     axes.set_xticks(at, ["base" if not s["effects"] else "+ " + "\n+ ".join(s["effects"]) for s in steps])
@@ -49,7 +49,7 @@ def ladder(steps: Sequence[dict]):
     axes.set_ylim(0, 1.12 * top)
     axes.set_xlabel("model")
     axes.set_ylabel(f"rms error ({look.unit_in_words(steps[-1].get('rms_error_unit', '-'))})")
-    figure.legend(loc="outside right upper")
+    figure.legend(loc="outside lower center", ncols=2)
     return figure
 
 
@@ -148,7 +148,7 @@ def ranking(found: dict):
     from matplotlib.patches import Patch
 
     suspects = found["ranking"][::-1]
-    figure, axes = look.new_axes(7.0, 1.3 + 0.34 * len(suspects))
+    figure, axes = look.new_axes(6.2, 1.3 + 0.34 * len(suspects))
     tied = {name for names in found["tied"] for name in ([names] if isinstance(names, str) else names)}
     best = max(s["chi2_drop"] for s in suspects)
     named = tied or set(found["missing"])
@@ -189,11 +189,11 @@ def _size(suspect: dict) -> str:
 @styled
 def constants(told: dict):
     """The most drifting constant refitted level by level (`levels.by_level`), with the rivals' curves over it."""
-    figure, axes = look.new_axes(6.4, 3.6)
+    figure, axes = look.new_axes(5.4, 3.9)
     error = 2 * np.array(told["standard_errors"])
     axes.errorbar(
         told["levels"], told["values"], error, fmt="o", color="black", capsize=3, zorder=5,
-        label="refitted at each level,\n± 2 standard errors",
+        label="refitted at each level, ± 2 s.e.",
     )  # fmt: skip
     axes.axhline(told["present"], color=look.LINE, linewidth=1, label="present model: one value")
     for k, (name, values) in enumerate(told["rivals"].items()):
@@ -201,7 +201,7 @@ def constants(told: dict):
     axes.set_xlabel(label(told["condition"]))
     axes.set_ylabel(label(told["parameter"]))
     axes.set_title(told["rig"])
-    figure.legend(loc="outside right upper")
+    figure.legend(loc="outside lower center", ncols=2)
     return figure
 
 
@@ -209,7 +209,7 @@ def constants(told: dict):
 def next_measurement(told: dict):
     """What each rival predicts for the proposed measurement, with its uncertainty."""
     names = list(told["predictions"])[::-1]
-    figure, axes = look.new_axes(6.4, 1.0 + 0.4 * len(names))
+    figure, axes = look.new_axes(5.4, 1.0 + 0.4 * len(names))
     for k, name in enumerate(names):
         axes.errorbar(
             told["predictions"][name], k, xerr=2 * told["uncertainties"][name], fmt=MARKERS[k % 6], color=SERIES[k % 6],

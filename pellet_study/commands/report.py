@@ -1,0 +1,30 @@
+"""pellet-study report STUDY: one self-contained HTML page about a study."""
+
+import argparse
+from pathlib import Path
+
+from pellet_study.terminal import done, working
+
+EXAMPLE = """\
+Made of the files in STUDY alone (what compare, diagnose, refine and bench left there); nothing is simulated. The page
+STUDY/report.html opens from disk, loads nothing from elsewhere and prints. What is missing is named with its command.
+
+example:
+  pellet-study report results/wet_beads
+"""
+
+
+def add_arguments(parser: argparse.ArgumentParser) -> None:
+    """The study."""
+    parser.epilog = EXAMPLE
+    parser.add_argument("study", metavar="STUDY", type=Path, help="folder with study.toml and measurements.csv")
+
+
+def run(arguments: argparse.Namespace) -> dict:
+    """Write the page, say where it is."""
+    from pellet_study import report
+
+    with working("drawing the report"):
+        path = report.write(arguments.study)
+    done(f"{path} (open it in a browser)")
+    return {"path": str(path)}

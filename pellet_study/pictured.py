@@ -1,0 +1,28 @@
+"""The particles of a study, rendered: the seed clump where a bench test is used, heaps where their grains are kept."""
+
+from pathlib import Path
+
+from pellet_study import render
+from pellet_study.parts import rendering
+from pellet_study.study import Study
+from yade_scripts.particles import SEED_LENGTH_MM, alfalfa_seed
+
+BENCH = ("rebound", "slope_slip", "inclined_roll")
+
+
+def particles(study: Study, folder: Path) -> list[dict]:
+    """Pictures of what was simulated."""
+    found = []
+    if set(study.rigs) & set(BENCH):
+        centres, radii = alfalfa_seed()
+        image = render.picture(
+            centres, radii, width=640, azimuth_deg=-60, elevation_deg=28, colour=render.SEED, plate=None, vary=0
+        )
+        found.append(
+            rendering(
+                image,
+                "the seed: six overlapping balls",
+                f"The alfalfa seed of the bench tests, a clump of {len(radii)} overlapping balls, {SEED_LENGTH_MM:g} mm long.",
+            )
+        )
+    return found

@@ -1,0 +1,162 @@
+"""Pictures of grains as shaded balls: an orthographic view with depth buffer, ambient occlusion and a plate's shadow.
+
+Nothing but numpy; `picture` gives an array to show or save. Grains come from a CSV with columns x, y, z, radius (m) or
+from (centres, radii), as particles.py and the rigs give them.
+"""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from pellet_study import look
+from pellet_study.errors import InputError
+from pellet_study.look import styled
+
+COLUMNS = ("x", "y", "z", "radius")
+GRAIN = (0.86, 0.78, 0.62)  # soybean meal and diatomaceous earth
+SEED = (0.66, 0.52, 0.28)
+PLATE = (0.93, 0.935, 0.94)
+LIGHT_FROM = np.array([-0.45, 0.62, 0.64])  # to the right, up and towards the camera
+
+
+def read_grains(file: Path) -> tuple[np.ndarray, np.ndarray]:
+    """Centres (n, 3) and radii (n,) of the grains in a CSV with columns x, y, z, radius (m).
+
+    Raises
+    ------
+    InputError : the file is no such table
+    """
+    try:
+        table = pd.read_csv(file, comment="#")
+        grains = table[list(COLUMNS)].to_numpy(float)
+    except (OSError, ValueError, KeyError) as error:
+        raise InputError(f"{file}: expected a CSV with columns {', '.join(COLUMNS)} in m ({error})") from None
+    if not len(grains) or not np.isfinite(grains).all() or (grains[:, 3] <= 0).any():
+        raise InputError(f"{file}: expected at least one grain, finite places and radii above 0")
+    return grains[:, :3], grains[:, 3]
+
+
+def picture(
+    centres, radii, *, width: int = 900, azimuth_deg: float = 30.0, elevation_deg: float = 12.0,
+    colour=GRAIN, plate: float | None = 0.0, vary: float = 0.07, margin: float = 0.06,
+) -> np.ndarray:  # fmt: skip
+    """Grains seen from a direction.
+
+    Parameters
+    ----------
+    centres : (n, 3) array, any unit of length, z upwards
+    radii : (n,) array, the same unit
+    width : of the picture, pixels; the height follows from what is shown
+    azimuth_deg, elevation_deg : of the camera, above the horizon
+    colour : (3,) RGB of the grains, 0 to 1
+    plate : z of a plate they lie on, None for none
+    vary : how much the lightness of the grains differs
+    margin : free share of the width on each side
+
+    Returns
+    -------
+    (height, width, 3) array, 0 to 1
+    """
+    centres, radii = np.asarray(centres, float), np.asarray(radii, float)
+    right, up, towards = _camera(np.radians(azimuth_deg), np.radians(elevation_deg))
+    u, v, depth = centres @ right, centres @ up, centres @ towards
+    low, high = np.array([(u - radii).min(), (v - radii).min()]), np.array([(u + radii).max(), (v + radii).max()])
+    if plate is not None:  # room for the foot and its shadow
+        foot = centres[:, :2].mean(axis=0)
+        low[1] = min(
+            low[1], np.array([*foot, plate]) @ up - 0.5 * (high[0] - low[0]) * np.sin(np.radians(elevation_deg))
+        )
+    room = margin * (high[0] - low[0])
+    low, high = low - room, high + room
+    fine = 2 * width  # drawn twice as fine, then averaged
+    scale = fine / (high[0] - low[0])
+    rows = 2 * max(1, round(0.5 * scale * (high[1] - low[1])))
+    tone = 1 + vary * np.random.default_rng(0).uniform(-1, 1, len(radii))
+    nearest, normal, owner = _buffer(
+        (u - low[0]) * scale, (v - low[1]) * scale, depth * scale, radii * scale, fine, rows
+    )
+    hit = owner >= 0
+    shade = 0.22 + 0.78 * (0.5 + 0.5 * normal @ LIGHT_FROM) ** 1.3
+    shade *= 1 - 0.5 * _hidden(np.where(hit, nearest, np.nan), float(np.median(radii) * scale))
+    image = np.ones((rows, fine, 3)) * (PLATE if plate is not None else (1.0, 1.0, 1.0))
+    if plate is not None:
+        image *= _shadow(centres, radii, plate, (right, up, towards), low, scale, (rows, fine))[..., None]
+    image[hit] = np.clip(np.asarray(colour) * (tone[owner[hit]] * shade[hit])[:, None], 0, 1)
+    image = image.reshape(rows // 2, 2, fine // 2, 2, 3).mean(axis=(1, 3))
+    return image[::-1]
+
+
+def _camera(azimuth: float, elevation: float):
+    """Unit vectors to the right and up in the picture, and from the grains towards the camera."""
+    right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
+    towards = np.array([np.cos(azimuth) * np.cos(elevation), np.sin(azimuth) * np.cos(elevation), np.sin(elevation)])
+    return right, np.cross(towards, right), towards
+
+
+def _buffer(u, v, depth, radii, width: int, height: int):
+    """Depth (towards the camera), surface normal (camera axes) and index of the foremost grain at each pixel."""
+    nearest = np.full((height, width), -np.inf)
+    normal = np.zeros((height, width, 3))
+    owner = np.full((height, width), -1)
+    for k in np.argsort(depth):
+        r = radii[k]
+        left, right = max(0, int(u[k] - r)), min(width, int(u[k] + r) + 2)
+        bottom, top = max(0, int(v[k] - r)), min(height, int(v[k] + r) + 2)
+        x = (np.arange(left, right) + 0.5 - u[k])[None, :]
+        y = (np.arange(bottom, top) + 0.5 - v[k])[:, None]
+        square = r * r - x * x - y * y
+        out = np.sqrt(np.maximum(square, 0))
+        here = (slice(bottom, top), slice(left, right))
+        front = (square > 0) & (depth[k] + out > nearest[here])
+        nearest[here][front] = (depth[k] + out)[front]
+        owner[here][front] = k
+        direction = np.stack(np.broadcast_arrays(x, y, out), axis=-1) / r
+        normal[here][front] = direction[front]
+    return nearest, normal, owner
+
+
+def _hidden(nearest: np.ndarray, radius: float) -> np.ndarray:
+    """How deep a pixel lies below the mean depth around it, 0 to 1: crevices between grains are dark."""
+    from scipy.ndimage import gaussian_filter
+
+    known = np.isfinite(nearest)
+    filled = np.where(known, nearest, 0.0)
+    spread = min(1.2 * radius, 40.0)
+    share = np.maximum(gaussian_filter(known.astype(float), spread), 1e-6)
+    below = gaussian_filter(filled, spread) / share - filled
+    return np.where(known, np.clip(below / spread, 0, 1), 0.0)
+
+
+def _shadow(centres, radii, plate, camera, low, scale, shape) -> np.ndarray:
+    """Light that reaches each pixel of the plate, 0.55 to 1: the grains' soft shadow, thrown along the light."""
+    from scipy.ndimage import gaussian_filter
+
+    right, up, towards = camera
+    light = LIGHT_FROM @ np.stack(camera)
+    thrown = centres - ((centres[:, 2] - plate) / max(light[2], 0.3))[:, None] * light
+    u, v = (thrown @ right - low[0]) * scale, (thrown @ up - low[1]) * scale
+    squeeze = max(abs(towards[2]), 0.1)  # a disc on the plate is seen as an ellipse
+    dark = np.zeros(shape)
+    for x, y, r in zip(u, v, radii * scale, strict=True):
+        left, to = max(0, int(x - r)), min(shape[1], int(x + r) + 2)
+        bottom, top = max(0, int(y - squeeze * r)), min(shape[0], int(y + squeeze * r) + 2)
+        if left < to and bottom < top:
+            across = ((np.arange(left, to) + 0.5 - x) / r)[None, :]
+            along = ((np.arange(bottom, top) + 0.5 - y) / (squeeze * r))[:, None]
+            dark[bottom:top, left:to][across**2 + along**2 < 1] = 1
+    return 1 - 0.45 * gaussian_filter(dark, 0.8 * float(np.median(radii)) * scale)
+
+
+@styled
+def with_scale(image: np.ndarray, length_m: float, shown_m: float, height: float = 3.4):
+    """A picture with a scale bar of `length_m`; the picture is `shown_m` wide."""
+    rows, columns = image.shape[:2]
+    figure, axes = look.new_axes(height * columns / rows, height)
+    axes.imshow(image, interpolation="lanczos")
+    axes.set_axis_off()
+    bar = columns * length_m / shown_m
+    x, y = 0.04 * columns, 0.95 * rows
+    axes.plot([x, x + bar], [y, y], color="black", linewidth=2.5, solid_capstyle="butt")
+    axes.text(x + bar / 2, y - 0.015 * rows, f"{1e3 * length_m:g} mm", ha="center", va="bottom")
+    return figure

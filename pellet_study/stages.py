@@ -1,0 +1,98 @@
+"""What the calibration's stages left in a study folder, as parts of the report."""
+
+from pathlib import Path
+
+import pandas as pd
+
+from pellet_study import bench_report, paper
+from pellet_study.bench_report import PAPER_FOUND
+from pellet_study.look import label, words
+from pellet_study.pages import number
+from pellet_study.parts import picture, table
+
+
+def stages(folder: Path) -> list[dict]:
+    """The stages done in a folder, in the source paper's order: {"heading", "words", "pictures", "tables"}."""
+    return bench(folder)
+
+
+def bench(folder: Path) -> list[dict]:
+    """The seed bench tests: one part with their table, then one a test."""
+    if not (folder / "calibration.csv").exists():
+        return []
+    results = bench_report.read(folder)
+    printed = paper.tables()["text"]
+    rows = []
+    for r in results:
+        check = r.verification
+        rows.append(
+            [
+                r.stage.rig,
+                label(r.stage.parameter).replace("$", "").replace("_", ""),
+                "not reached" if r.value is None else f"{r.value:.4f}",
+                "-" if r.value is None else f"{r.interval[0]:.4f} to {r.interval[1]:.4f}",
+                f"{printed[PAPER_FOUND[r.stage.symbol]]:g}",
+                f"{r.reading.value:g} {words(r.stage.observable)[1]}",
+                "-" if check is None else f"{check.value:.2f} ± {check.standard_error:.2f}",
+                "-" if check is None else f"{r.verification_error_percent:.2f} %",
+            ]
+        )
+    head = (
+        "test", "parameter", "ours", "95 % interval", "source paper", "measured", "simulated there", "error",
+    )  # fmt: skip
+    found = [
+        {
+            "heading": "Seed bench tests",
+            "words": [
+                "One test after the other; parameters of later tests are off until their own, as in the source paper."
+            ],
+            "pictures": [],
+            "tables": [table(head, rows, range(2, 8))],
+        }
+    ]
+    for r in results:
+        equation = " ".join(f"{c:+.5g}{t}" for c, t in zip(r.curve.coefficients, ("", " a", " a²"), strict=True))
+        found.append(
+            {
+                "heading": f"{r.stage.rig}: {words(r.stage.parameter)[0]} {r.stage.symbol}",
+                "words": [
+                    f"Fit to the level means: {words(r.stage.observable)[0]} = {equation}, R² = {r.curve.r2:.4f}."
+                ],
+                "pictures": [
+                    picture(
+                        bench_report.figure(r),
+                        f"{r.stage.rig}: level means, fitted parabola with its band, measurement and root",
+                        "Points: mean over seeds with two standard errors. Line: parabola with its 95 % band. Dashed: the "
+                        "measurement; star: where the parabola meets it; shaded: 95 % interval of the parameter.",
+                    )
+                ],
+                "tables": [],
+            }
+        )
+    return found
+
+
+def joint(folder: Path) -> dict | None:
+    """Each bench test predicted with every calibrated parameter at once."""
+    file = folder / "calibration.csv"
+    if not file.exists():
+        return None
+    known = pd.read_csv(file)
+    if "joint_prediction" not in known or known["joint_prediction"].isna().any():
+        return None
+    rows = [
+        [
+            r.rig,
+            label(r.observable),
+            f"{r.measured:g}",
+            f"{r.joint_prediction:.4g}",
+            f"{100 * (r.joint_prediction / r.measured - 1):+.1f} %",
+        ]
+        for r in known.itertuples()
+    ]
+    return table(
+        ("rig", "observable", "measured", "predicted", "difference"),
+        rows,
+        (2, 3, 4),
+        "The seed bench tests with all calibrated parameters at once (stage by stage, those of later tests are off):",
+    )

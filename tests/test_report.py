@@ -1,0 +1,128 @@
+"""The report page: its order, what it is made of, what it escapes, and how it behaves in a browser."""
+
+import json
+import re
+import shutil
+from pathlib import Path
+
+import pytest
+
+from pellet_study import answers, report
+from pellet_study.errors import InputError
+from tests.browser import WIDTHS, chromium, inspect
+from tests.make_study import command, folder, incline
+
+ROOT = Path(__file__).resolve().parent.parent
+ORDER = [
+    "1 What was measured",
+    "2 What the model says",
+    "3 Where it fails",
+    "4 What is missing",
+    "5 What adding it did to the error",
+    "6 What to measure next",
+    "7 The calibration stage by stage",
+    "8 How to repeat each number",
+]
+
+
+@pytest.fixture(scope="module")
+def refined(tmp_path_factory):
+    """A study whose cohesion was hidden and found."""
+    study = incline(tmp_path_factory.mktemp("refined") / "study", c=60.0, repeats=4)
+    assert command("refine", study)[0] == 0
+    return study
+
+
+@pytest.fixture(scope="module")
+def bench(tmp_path_factory):
+    """The committed bench calibration, copied."""
+    study = tmp_path_factory.mktemp("bench") / "study"
+    shutil.copytree(ROOT / "results" / "bench", study, ignore=shutil.ignore_patterns(".store"))
+    return study
+
+
+def text_of(study: Path) -> str:
+    status, answer = command("report", study, json_file=study.parent / "answer.json")
+    assert status == 0 and Path(answer["path"]).is_absolute()
+    return Path(answer["path"]).read_text(encoding="utf-8")
+
+
+def test_the_order_in_which_a_reader_asks(refined):
+    headings = re.findall(r"<h2[^>]*>(.*?)</h2>", text_of(refined))
+    assert headings == ORDER
+
+
+def test_it_tells_what_was_found(refined):
+    text = text_of(refined)
+    answer = json.loads((refined / "refine.json").read_text())
+    assert "Missing in base: cohesion" in text
+    for step in answer["steps"]:
+        assert f"{step['rms_error']:.3g}" in text
+    assert text.count("<img") >= 5
+
+
+def test_nothing_is_loaded_from_elsewhere(refined, bench):
+    for study in (refined, bench):
+        for target in re.findall(r'(?:src|href)="([^"]*)"', text_of(study)):
+            assert target.startswith(("data:", "#"))
+
+
+def test_made_twice_it_is_the_same_to_the_byte(refined):
+    assert text_of(refined) == text_of(refined)
+
+
+def test_what_is_not_there_yet_is_named_with_its_command(tmp_path):
+    study = incline(tmp_path)
+    text = text_of(study)
+    for name in ("compare", "diagnose", "refine", "bench"):
+        assert f"pellet-study {name} {study.as_posix()}" in text
+
+
+def test_the_bench_stages_are_drawn_from_their_files(bench):
+    text = text_of(bench)
+    assert text.count("data:image/svg+xml") == 3 and text.count("data:image/png") == 1
+    for value in ("0.2275", "0.6208", "0.2488"):
+        assert value in text
+
+
+def test_a_note_with_html_stays_text(tmp_path):
+    lines = [
+        "rig,observable,value,layer_height_mm,note",
+        'layer_on_incline,slip_angle_deg,40,20,"<script>alert(1)</script>"',
+    ]
+    lines += [f"layer_on_incline,slip_angle_deg,{38 - h / 10},{h}," for h in (10, 30, 40)]
+    text = text_of(folder(tmp_path, lines))
+    assert "<script>" not in text and "&lt;script&gt;" in text
+
+
+def test_results_older_than_the_measurements_are_pointed_out(tmp_path):
+    study = incline(tmp_path, c=0.0)
+    assert command("compare", study)[0] == 0
+    assert "is not what was compared" not in text_of(study)
+    file = study / "measurements.csv"
+    lines = file.read_text().splitlines()
+    file.write_text("\n".join(lines[:-1]) + "\n")
+    assert "is not what was compared" in text_of(study)
+
+
+@pytest.mark.parametrize("name", ("compare.json", "diagnose.json", "refine.json", answers.HISTORY))
+def test_a_damaged_answer_is_refused(name, tmp_path):
+    study = incline(tmp_path)
+    for damage in ('{"steps": [', "[]", '{"steps": [{}], "effects": [1], "diagnoses": [{}]}'):
+        (study / name).write_text(damage)
+        with pytest.raises(InputError, match="again|anew"):
+            report.page(study)
+
+
+def test_in_a_browser(refined, bench, tmp_path):
+    with chromium() as browser:
+        for study in (refined, bench, incline(tmp_path / "bare")):
+            text_of(study)
+            for width in WIDTHS:
+                seen = inspect(browser, study / report.FILE, width)
+                assert seen["messages"] == [] and seen["requests"] == []
+                assert seen["wide"] <= width and seen["overflow"] == []
+                assert seen["headings"] == ORDER
+                for image in seen["images"]:
+                    assert image["alt"] and image["shown"] > 100
+                    assert image["lightest"] - image["darkest"] > 60, image["alt"]
