@@ -7,7 +7,6 @@ import pandas as pd
 from pellet_study import bench_report, paper
 from pellet_study.bench_report import PAPER_FOUND
 from pellet_study.look import label, words
-from pellet_study.pages import number
 from pellet_study.parts import picture, table
 
 
