@@ -3,12 +3,14 @@
 import argparse
 import importlib
 import json
+import logging
 import os
+import signal
 import sys
 from pathlib import Path
 
 import pellet_study
-from pellet_study.commands import COMMANDS
+from pellet_study.commands import COMMANDS, SIMULATING
 from pellet_study.errors import InputError, StudyError
 
 INTERRUPTED = 130
@@ -27,8 +29,38 @@ def _parser(chosen: str | None) -> argparse.ArgumentParser:
             module = importlib.import_module(f"pellet_study.commands.{name}")
             module.add_arguments(command)
             command.add_argument("--json", metavar="FILE", type=Path, help="also write the answer as JSON")
+            if name in SIMULATING:
+                _add_simulating(command)
             command.set_defaults(run=module.run)
     return parser
+
+
+def _add_simulating(command: argparse.ArgumentParser) -> None:
+    """Options of the commands that may simulate; they stand for environment variables that `dispatch` reads."""
+    command.add_argument(
+        "--scheduler",
+        metavar="ADDRESS",
+        help="simulate on a Dask cluster: tcp://HOST:PORT of its scheduler, or slurm:JOBS ($PELLET_STUDY_SCHEDULER)",
+    )
+    command.add_argument(
+        "--time-limit",
+        metavar="SECONDS",
+        help="longest time of one simulation; default: what its rig declares ($PELLET_STUDY_TIME_LIMIT_S)",
+    )
+
+
+def _set_simulating(arguments: argparse.Namespace) -> None:
+    for option, variable in (("scheduler", "PELLET_STUDY_SCHEDULER"), ("time_limit", "PELLET_STUDY_TIME_LIMIT_S")):
+        if getattr(arguments, option, None):
+            os.environ[variable] = getattr(arguments, option)
+
+
+def _check_folder(folder: Path | None) -> None:
+    """Refuse a study that results cannot be written to before anything is computed for it."""
+    if folder is not None and folder.is_dir() and not os.access(folder, os.W_OK | os.X_OK):
+        raise InputError(
+            f"{folder}: you may not write there, and results go into the study; copy the study to a folder of your own"
+        )
 
 
 def _check_json(file: Path | None) -> None:
@@ -39,27 +71,46 @@ def _check_json(file: Path | None) -> None:
 
 def main(argv: list[str] | None = None) -> int:
     """Run one command; returns the exit status (0 answered, 2 bad input, 3 simulations failed, 130 interrupted)."""
-    argv = sys.argv[1:] if argv is None else argv
-    chosen = next((word for word in argv if word in COMMANDS), None)
-    arguments = _parser(chosen).parse_args(argv)
+    logging.getLogger("pellet_study").setLevel(logging.INFO)
+    logging.basicConfig(format="pellet-study: %(message)s")
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")  # a terminal that has no such letter
     try:
-        _check_json(arguments.json)
-        answer = arguments.run(arguments)
-        if arguments.json is not None:
-            arguments.json.write_text(json.dumps(answer, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-        sys.stdout.flush()
+        return _answer(sys.argv[1:] if argv is None else argv)
+    except KeyboardInterrupt:
+        signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second one changes nothing
+        print("pellet-study: interrupted; what was finished is kept", file=sys.stderr)
+        return INTERRUPTED
     except StudyError as error:
         print(f"pellet-study: {error}", file=sys.stderr)
         return error.exit_status
-    except KeyboardInterrupt:
-        print("pellet-study: interrupted; what was finished is kept", file=sys.stderr)
-        return INTERRUPTED
     except BrokenPipeError:  # `pellet-study ... | head`: the reader has seen enough
         os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        return 0
     except OSError as error:
-        print(f"pellet-study: {error}", file=sys.stderr)
-        return StudyError.exit_status
+        print(f"pellet-study: {_words(error)}", file=sys.stderr)
+        return InputError.exit_status
+
+
+def _answer(argv: list[str]) -> int:
+    chosen = next((word for word in argv if word in COMMANDS), None)
+    arguments = _parser(chosen).parse_args(argv)
+    _check_json(arguments.json)
+    _check_folder(getattr(arguments, "study", None))
+    _set_simulating(arguments)
+    answer = arguments.run(arguments)
+    if arguments.json is not None:
+        arguments.json.write_text(json.dumps(answer, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+    sys.stdout.flush()
     return 0
+
+
+def _words(error: OSError) -> str:
+    """What the system refused, and what to do."""
+    place = f"{error.filename}: " if error.filename else ""
+    advice = "what was finished is kept; mend it and call again"
+    return f"{place}{error.strerror or error}; {advice}"
 
 
 if __name__ == "__main__":

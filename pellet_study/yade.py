@@ -1,14 +1,31 @@
 """The YADE executable: which one, which version, in what environment it is started."""
 
 import os
+import re
 import shutil
 import subprocess
+import tempfile
 from functools import cache
 from pathlib import Path
 
 from pellet_study.errors import InputError, SimulationError
 
-LEAKS = ("VIRTUAL_ENV", "PYTHONPATH", "PYTHONHOME", "CONDA_PREFIX", "PYTHONSTARTUP")
+OLDEST = 2023  # year of the first version whose Mindlin law has the damping the rigs were checked with
+# what another Python, a locale, an MPI or batch system leaves in the environment and YADE would take for its own
+LEAKS = (
+    "PYTHON",
+    "IPYTHON",
+    "VIRTUAL_ENV",
+    "CONDA",
+    "LC_",
+    "OMP_",
+    "GOMP_",
+    "KMP_",
+    "OMPI_",
+    "PMI",
+    "SLURM_",
+    "DISPLAY",
+)
 SYSTEM_PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
 
 
@@ -43,17 +60,34 @@ def version() -> str:
     ------
     SimulationError : YADE does not start
     """
-    found = subprocess.run(
-        [executable(), "--version"],
-        capture_output=True,
-        text=True,
-        env=environment("/tmp"),
-        stdin=subprocess.DEVNULL,
-    )
+    with tempfile.TemporaryDirectory(prefix="pellet-study-") as home:
+        found = subprocess.run(
+            [executable(), "--version"],
+            capture_output=True,
+            text=True,
+            errors="replace",
+            env=environment(home),
+            stdin=subprocess.DEVNULL,
+        )
     words = [line.split(":", 1)[1] for line in found.stdout.splitlines() if line.startswith("Yade version:")]
     if found.returncode or not words:
         raise SimulationError(f"{executable()} --version failed: {(found.stderr or found.stdout).strip()[-500:]}")
     return words[0].strip().split(",")[0]
+
+
+def refuse_old() -> None:
+    """Nothing is simulated with a version whose contact laws are others.
+
+    Raises
+    ------
+    InputError : the version is older than the rigs can use
+    """
+    year = re.match(r"(\d{4})", version())
+    if year and int(year[1]) < OLDEST:
+        raise InputError(
+            f"{executable()} is YADE {version()}; expected {OLDEST} or newer: older contact laws damp a collision "
+            "differently. Install a newer one, or name it in PELLET_STUDY_YADE"
+        )
 
 
 def environment(home: str, **more: str) -> dict[str, str]:
@@ -62,13 +96,10 @@ def environment(home: str, **more: str) -> dict[str, str]:
     YADE opens a python prompt and an XMLRPC server on every interface unless it believes to be a process of an MPI
     run; OMPI_COMM_WORLD_RANK makes it believe so, from the start.
     """
-    kept = {
-        key: value for key, value in os.environ.items() if key not in LEAKS and not key.startswith(("LC_", "OMPI_"))
-    }
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(LEAKS)}
     path = SYSTEM_PATH + ":" + os.environ.get("PATH", "")
-    kept.update(HOME=home, PATH=path, LC_ALL="C.UTF-8", OMP_NUM_THREADS="1", OMPI_COMM_WORLD_RANK="0", **more)
-    kept.pop("DISPLAY", None)
-    return kept
+    kept.update(HOME=home, PATH=path, LC_ALL="C.UTF-8", OMP_NUM_THREADS="1", OMPI_COMM_WORLD_RANK="0")
+    return {**kept, "PYTHONDONTWRITEBYTECODE": "1", **more}
 
 
 def command(script: Path, *arguments: str) -> list[str]:

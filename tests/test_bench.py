@@ -88,7 +88,7 @@ def test_results_are_files_that_a_second_call_leaves_as_they_are(study, monkeypa
     assert len(runs) == 1 + 6 * 4 + 4 + 4  # a sweep of six levels, verification, joint prediction
     assert runs[1:] == sorted(runs[1:])
     before = {file: file.read_bytes() for file in files}
-    monkeypatch.setattr("pellet_study.dispatch.subprocess.Popen", lambda *a, **k: pytest.fail("simulated again"))
+    monkeypatch.setattr("pellet_study.campaign.subprocess.Popen", lambda *a, **k: pytest.fail("simulated again"))
     assert main(["bench", str(study), "--effort", "0.25"]) == 0
     assert {file: file.read_bytes() for file in files} == before
 

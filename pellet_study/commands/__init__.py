@@ -20,3 +20,6 @@ COMMANDS = {
     "challenge": "hidden-effect trials: is the effect that was hidden the one that is named?",
     "audit": "recompute the printed numbers of the source paper",
 }
+
+SIMULATING = ("doctor", "bench", "compare", "diagnose", "add", "drop", "refine")
+"""Commands that may simulate, and take --scheduler and --time-limit."""
