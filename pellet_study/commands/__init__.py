@@ -16,6 +16,7 @@ COMMANDS = {
     "drop": "take an effect out of a study and recalibrate",
     "refine": "compare, diagnose, add, again, until the measurements are explained",
     "history": "the error falling step by step",
+    "angle": "the repose angle of a heap from photographs",
     "report": "one self-contained HTML page about a study",
     "challenge": "hidden-effect trials: is the effect that was hidden the one that is named?",
     "audit": "recompute the printed numbers of the source paper",
