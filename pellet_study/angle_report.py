@@ -43,7 +43,10 @@ def page(told: dict) -> str:
         )
     number = len(told["photos"])
     if told["sd"] is None:
-        lines += ["", f"angle {told['angle_deg']:.2f} deg from one photograph; the scatter from heap to heap is not known"]
+        lines += [
+            "",
+            f"angle {told['angle_deg']:.2f} deg from one photograph; the scatter from heap to heap is not known",
+        ]
     else:
         lines += ["", f"mean {told['angle_deg']:.2f} deg, sd {told['sd']:.2f} deg over {number} photographs"]
     sd = "" if told["sd"] is None else f"{told['sd']:.3g}"
@@ -74,7 +77,13 @@ def overlay(photo: Photograph):
     axes.set_axis_off()
     axes.plot(*photo.outline.T, color="black", linewidth=2.4)
     axes.plot(*photo.outline.T, color="white", linewidth=1.2, label="profile")
-    axes.plot([0, columns - 1], photo.base.at(np.array([0, columns - 1])), ":", color="#F0E442", label=f"level: {photo.base_is}")
+    axes.plot(
+        [0, columns - 1],
+        photo.base.at(np.array([0, columns - 1])),
+        ":",
+        color="#F0E442",
+        label=f"level: {photo.base_is}",
+    )
     turn = np.arctan(photo.base.slope)
     for flank, name, colour, dash in zip(photo.flanks, ("left", "right"), (MEASURED, MODEL), ("-", "--"), strict=True):
         along = np.array([flank.start, flank.end])

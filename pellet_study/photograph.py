@@ -90,7 +90,9 @@ def read(file: Path) -> np.ndarray:
     try:
         with Image.open(file) as picture:
             if min(picture.size) < SHORTEST:
-                raise InputError(f"{file}: {picture.width} x {picture.height} pixels; expected {SHORTEST} or more each way")
+                raise InputError(
+                    f"{file}: {picture.width} x {picture.height} pixels; expected {SHORTEST} or more each way"
+                )
             picture.draft("RGB", (2 * LONGEST, 2 * LONGEST))
             picture = ImageOps.exif_transpose(picture)
             if picture.mode[0] in "IF":  # 16 and 32 bits a pixel
@@ -222,10 +224,10 @@ def apart(lab: np.ndarray, edge: Line | None) -> tuple[np.ndarray, np.ndarray]:
     margin = above & ((x < frame) | (x >= columns - frame) | (y < 0.5 * frame))
     if edge is None:
         margin |= y >= rows - 0.5 * frame
-    behind = margin
-    for again in range(3):
+    behind, mask = margin, None
+    for _ in range(3):
         difference = lab - _surface(lab, behind)
-        if again == 0:
+        if mask is None:
             tone = np.linalg.norm(difference, axis=2)
         else:
             direction = difference[mask].mean(axis=0) - difference[above & ~mask].mean(axis=0)
@@ -286,7 +288,10 @@ def _measured(pixels, mask, tone, edge: Line | None, horizon_deg: float | None) 
     x, height = _profile(outline, base, columns)
     _one_top(height)
     flanks = heap.fit_flanks(x, height)
-    if min(flanks.left.angle_deg, flanks.right.angle_deg) < 3 or max(flanks.left.angle_deg, flanks.right.angle_deg) > 80:
+    if (
+        min(flanks.left.angle_deg, flanks.right.angle_deg) < 3
+        or max(flanks.left.angle_deg, flanks.right.angle_deg) > 80
+    ):
         raise heap.NoHeap(
             f"what stands out is no heap: its sides lie at {flanks.left.angle_deg:.0f} and {flanks.right.angle_deg:.0f} deg"
         )
