@@ -149,7 +149,10 @@ class _Campaign:
         folder = Path(tempfile.mkdtemp(dir=self.folder))
         claims = _Claims(folder / "claims")
         task = {
-            "rigs": {n: {"file": str(rig.file), "table": str(self.tables[n])} for n, rig in self.rigs.items()},
+            "rigs": {
+                name: {"file": str(rig.file), "effects": [str(file) for file in rig.extra], "table": str(table)}
+                for (name, rig), table in zip(self.rigs.items(), self.tables.values(), strict=True)
+            },
             "timings": str(self.store.folder / "timings.csv"),
             "claims": str(claims.file),
             "cases": cases,
@@ -174,7 +177,7 @@ class _Campaign:
 
     def _start(self, folder: Path) -> None:
         for rig in self.rigs.values():
-            if rigs.fingerprint(rig.file) != rig.fingerprint:
+            if rigs.fingerprint(rig.file, rig.extra) != rig.fingerprint:
                 raise SimulationError(f"{rig.file.name} or what it imports changed while it was running; call again")
         self.started += 1
         log = folder / f"w{self.started}.log"

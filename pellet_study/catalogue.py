@@ -46,7 +46,8 @@ class Effect:
     """A physical effect a model may lack; the first parameter is the amount, further ones its shape.
 
     `parameters` maps names to {absent or default, min, max, physical, unit, meaning}; `sides` is 1 where the amount
-    has one sign, 2 where it may have either; `rigs` maps a rig to where the effect shows in it.
+    has one sign, 2 where it may have either; `rigs` maps a rig to where the effect shows in it. `reading` is what an
+    effect on nothing but the reading makes of it; `own` is the file of an effect of the study's own.
     """
 
     name: str
@@ -59,6 +60,8 @@ class Effect:
     source: str
     closed_form: Mapping = field(default_factory=dict)
     order: int = 1
+    reading: Callable | None = None
+    own: Path | None = None
 
     @property
     def amount(self) -> str:
@@ -80,7 +83,8 @@ class Catalogue:
     def acting(self, rig: str) -> list[str]:
         """Names of the effects that act in a rig."""
         if self.rigs[rig].predict is None:
-            return [name for name in self.rigs[rig].effects if name in self.effects]
+            own = [name for name, effect in self.effects.items() if effect.own and rig in effect.rigs]
+            return [name for name in self.rigs[rig].effects if name in self.effects and name not in own] + own
         return [name for name, effect in self.effects.items() if rig in effect.closed_form]
 
     def rig(self, name: str, where: str = "") -> Rig:
@@ -134,7 +138,7 @@ def rig_from(module, file: Path | None = None) -> Rig:
     )
 
 
-def effect_from(module, file: Path | None = None) -> Effect:
+def effect_from(module, file: Path | None = None, own: Path | None = None) -> Effect:
     """The effect a module declares.
 
     Raises
@@ -154,10 +158,13 @@ def effect_from(module, file: Path | None = None) -> Effect:
         low, high = quantity.get("physical", (quantity["min"], quantity["max"]))
         if not quantity["min"] <= low < high <= quantity["max"]:
             raise InputError(f"{file}: parameter {name}: expected min <= physical range <= max, got {quantity}")
+    scene = getattr(module, "SEED_SCENE", {})
     return Effect(
         **{key: declared[key] for key in wanted},
         closed_form=getattr(module, "CLOSED_FORM", {}),
         order=getattr(module, "ORDER", 1),
+        reading=scene["reading"] if set(scene) == {"reading"} else None,
+        own=own,
     )
 
 
@@ -188,7 +195,7 @@ def of_study(folder: Path) -> Catalogue:
     """The package's rigs and effects and those of a study's `rigs/` and `effects/`."""
     base = standard()
     rigs = [rig_from(_load(file), file) for file in _declaring(folder / "rigs", "RIG")]
-    effects = [effect_from(_load(file), file) for file in _declaring(folder / "effects", "EFFECT")]
+    effects = [effect_from(_load(file), file, own=file) for file in _declaring(folder / "effects", "EFFECT")]
     everything = {**base.effects, **{e.name: e for e in effects}}
     return Catalogue(
         {**base.rigs, **{r.name: r for r in rigs}},

@@ -109,14 +109,17 @@ def calibrate(
     model = model or Model(study)
     problem = problem_of(model, extra_starts)
     refuse_too_few(len(rows), len(problem.free))
-    if evidence is None:
-        evidence = with_simulator_noise(readings.gather(model, rows), model)
-    return Calibrated(study, model, evidence, fit(model, evidence, problem))
+    if evidence is not None:
+        return Calibrated(study, model, evidence, fit(model, evidence, problem))
+    evidence = readings.gather(model, rows)
+    first = fit(model, evidence, problem)
+    noisy = with_simulator_noise(evidence, model, first.point)
+    return Calibrated(study, model, noisy, first if noisy is evidence else fit(model, noisy, problem))
 
 
-def with_simulator_noise(evidence: Evidence, model: Model) -> Evidence:
-    """Evidence whose variances hold the variance of the model's own means, where it has any."""
-    spread = model.predict(model.base).variance[0, evidence.case]
+def with_simulator_noise(evidence: Evidence, model: Model, point: np.ndarray) -> Evidence:
+    """Evidence whose variances hold the variance of the model's own means at a point, where it has any."""
+    spread = model.predict(point).variance[0, evidence.case]
     if not spread.any():
         return evidence
     sd = np.sqrt(evidence.sd**2 + spread)
@@ -298,7 +301,7 @@ def compare(study: Study, state: Calibrated | None = None, level_out: bool = Fal
     cells, fit_rows = len(evidence.case), [row for row in study.rows if row.split == "fit"]
     p_fit = lack_of_fit(fitted, evidence)
     intervals, loose = intervals_of(state)
-    warnings = list(evidence.warnings)
+    warnings = [*evidence.warnings, *model.warnings]
     dof = len(fit_rows) - len(names)
     if cells <= rank:
         warnings.append(

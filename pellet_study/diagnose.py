@@ -665,7 +665,7 @@ def next_measurement(state: Calibrated, rivals: Sequence[Rival]) -> NextMeasurem
     """The condition that separates rival explanations best; None where none does."""
     if len(rivals) < 2:
         return None
-    cases = possible_cases(state.study, LEVELS if state.model.step < 1e-3 else 3)
+    cases = possible_cases(state.study, state.model.levels)
     if not cases:
         return None
     model = Model(state.study, cases, state.model.engines)

@@ -5,15 +5,16 @@ A point is a row of a matrix; `Model.names` says what its columns are: the param
 into means and variances; the closed-form engine is here, one on YADE has the same two members.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import Protocol
 
 import numpy as np
 
 from pellet_study.catalogue import Acting, Catalogue
-from pellet_study.errors import InputError, SimulationError
+from pellet_study.errors import InputError
 from pellet_study.measurements import Measurement
 from pellet_study.study import Study
 
@@ -27,7 +28,8 @@ class Request:
     rig, observable : names
     conditions : {name: (k,) array}
     parameters : {name: (m, 1) or (m, k) array}
-    effects : {effect: {parameter: (m, 1) array}}, only those present at some point
+    effects : {effect: {parameter: (m, 1) array}}, only those that are there at some point
+    present : names of the effects that the study has, not only considers
     """
 
     rig: str
@@ -35,16 +37,21 @@ class Request:
     conditions: Mapping[str, np.ndarray]
     parameters: Mapping[str, np.ndarray]
     effects: Mapping[str, Mapping[str, np.ndarray]]
+    present: frozenset[str] = frozenset()
 
 
 class Engine(Protocol):
     """What answers requests: a closed form, or simulations.
 
-    `step` is the finite-difference step it can resolve, as a share of a parameter's range. `predict` gets all requests
-    of a batch together and returns for each the means and the variances of these means, (m, k) arrays.
+    `step` is the finite-difference step it can resolve, as a share of a parameter's range; `levels` the number of
+    values of a condition at which it can bear to be asked what the next measurement would show. `predict` gets all
+    requests of a batch together and returns for each the means and the variances of these means, (m, k) arrays.
+    `warnings` is what its user must know.
     """
 
     step: float
+    levels: int
+    warnings: Sequence[str]
 
     def predict(self, requests: Sequence[Request]) -> list[tuple[np.ndarray, np.ndarray]]: ...
 
@@ -55,6 +62,8 @@ class ClosedForm:
 
     catalogue: Catalogue
     step: float = 1e-5
+    levels: int = 9
+    warnings: Sequence[str] = ()
 
     def predict(self, requests: Sequence[Request]) -> list[tuple[np.ndarray, np.ndarray]]:
         """Means, and variances of zero."""
@@ -70,11 +79,19 @@ class ClosedForm:
         return answers
 
 
-def engine_of(study: Study, rig: str) -> Engine:
-    """The engine that answers for a rig."""
-    if study.catalogue.rigs[rig].predict is not None:
-        return ClosedForm(study.catalogue)
-    raise SimulationError(f"rig {rig} runs on YADE, which this version does not reach from compare and diagnose")
+def engines_of(study: Study, rigs: Iterable[str]) -> dict[str, Engine]:
+    """The engine that answers for each rig; those that run on YADE share one."""
+    closed, simulated, found = ClosedForm(study.catalogue), None, {}
+    for rig in rigs:
+        if study.catalogue.rigs[rig].predict is not None:
+            found[rig] = closed
+            continue
+        if simulated is None:
+            from pellet_study.simulated import Simulated
+
+            simulated = Simulated(study, (study.folder or Path()) / ".store")
+        found[rig] = simulated
+    return found
 
 
 @dataclass(frozen=True)
@@ -131,7 +148,7 @@ class Model:
         self._absent = {e: catalogue.effects[e].neutral()[catalogue.effects[e].amount] for e in self.effects}
         self.amounts = frozenset(self._amount.values())
         given = engines or {}
-        self.engines = {rig: given.get(rig) or engine_of(study, rig) for rig in rigs}
+        self.engines = {**engines_of(study, [rig for rig in rigs if rig not in given]), **given}
         self._groups = self._grouped()
 
     def _grouped(self) -> list[tuple[str, str, np.ndarray, dict, dict]]:
@@ -188,7 +205,7 @@ class Model:
             kind = id(engine) if not isinstance(engine, ClosedForm) else 0
             _, requests, places = asked.setdefault(kind, (engine, [], []))
             own = {name: shared[name] for name in self.study.catalogue.rigs[rig].parameters}
-            requests.append(Request(rig, observable, conditions, {**own, **known}, effects))
+            requests.append(Request(rig, observable, conditions, {**own, **known}, effects, frozenset(self.study.effects)))
             places.append(indices)
         mean, variance = np.empty((len(points), len(self.cases))), np.zeros((len(points), len(self.cases)))
         for engine, requests, places in asked.values():
@@ -201,6 +218,16 @@ class Model:
     def step(self) -> float:
         """Finite-difference step that every engine used can resolve."""
         return max(engine.step for engine in self.engines.values())
+
+    @property
+    def levels(self) -> int:
+        """Values of a condition that every engine used can bear to be asked for."""
+        return min(engine.levels for engine in self.engines.values())
+
+    @property
+    def warnings(self) -> list[str]:
+        """What the engines say."""
+        return list(dict.fromkeys(text for engine in self.engines.values() for text in engine.warnings))
 
 
 def median_normal_stress(study: Study) -> float:

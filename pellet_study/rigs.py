@@ -2,7 +2,7 @@
 
 import ast
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from difflib import get_close_matches
 from functools import cache
@@ -14,6 +14,7 @@ from yade_scripts import case as case_file
 
 SCRIPTS = Path(yade_scripts.__file__).resolve().parent
 FOLDERS = [SCRIPTS, SCRIPTS / "checks"]
+_used: dict[str, tuple[Path, tuple[Path, ...]]] = {}
 
 
 @dataclass(frozen=True)
@@ -21,7 +22,8 @@ class Rig:
     """What a rig's file declares.
 
     `parameters`, `conditions` and `numerics` map names to {default, min, max, unit, meaning}; `effects` maps an
-    effect's name to its parameters with the value that means absent; `random` rigs scatter over the seed.
+    effect's name to its parameters with the value that means absent; `random` rigs scatter over the seed, and `seeds`
+    of them make a mean; `extra` are files of effects beyond the rig's own.
     """
 
     name: str
@@ -35,12 +37,14 @@ class Rig:
     random: bool
     time_limit_s: float
     fingerprint: str
+    seeds: int = 1
+    extra: tuple[Path, ...] = ()
 
 
-def fingerprint(file: Path) -> str:
-    """Hash of every script the answer depends on: the rig's file, case.py, and what they import of yade_scripts."""
+def fingerprint(file: Path, extra: Sequence[Path] = ()) -> str:
+    """Hash of every script the answer depends on: the rig's file, effects beyond its own, case.py, and their imports."""
     seen: dict[Path, bytes] = {}
-    waiting = [file, SCRIPTS / "case.py"]
+    waiting = [file, *extra, SCRIPTS / "case.py"]
     while waiting:
         source = waiting.pop()
         if source not in seen and source.exists():
@@ -62,10 +66,16 @@ def _imported(source: bytes) -> list[Path]:
     return found
 
 
-def _files() -> dict[str, Path]:
-    """Rigs by name: files in FOLDERS that declare a RIG."""
+def _files() -> dict[str, tuple[Path, tuple[Path, ...]]]:
+    """Rigs by name, with effects beyond their own: files in FOLDERS that declare a RIG, and those in use."""
     files = [file for folder in FOLDERS for file in sorted(folder.glob("*.py"))]
-    return {file.stem: file for file in files if "\nRIG = {" in file.read_text(encoding="utf-8")}
+    return {file.stem: (file, ()) for file in files if "\nRIG = {" in file.read_text(encoding="utf-8")} | _used
+
+
+def use(name: str, file: Path, effects: Sequence[Path] = ()) -> None:
+    """From here on the rig of that name is the one in a file, and also knows the effects in some files."""
+    _used[name] = (file, tuple(effects))
+    rig.cache_clear()
 
 
 @cache
@@ -81,14 +91,15 @@ def rig(name: str) -> Rig:
         near = get_close_matches(name, files, n=1)
         hint = f"; did you mean {near[0]!r}?" if near else ""
         raise InputError(f"rig {name!r} is unknown; there are {', '.join(sorted(files))}{hint}")
-    file = files[name]
-    declaration = case_file.load(file).RIG
+    file, extra = files[name]
+    declaration = case_file.load(file, extra).RIG
     clash = set(declaration["observables"]) & set(case_file.flat(case_file.example(declaration)))
     if clash:
         raise InputError(f"{file}: {', '.join(sorted(clash))} is both an input and an observable; rename one")
     return Rig(
         file=file,
-        fingerprint=fingerprint(file),
+        extra=extra,
+        fingerprint=fingerprint(file, extra),
         **{k: tuple(v) if k == "contact_laws" else v for k, v in declaration.items()},
     )
 

@@ -21,8 +21,10 @@ KEYS = (
     "effects",
     "possible",
     "surface_energy_scaling",
+    "effort",
 )
 CONTACT_LAWS = ("hertz_mindlin", "cohesive_frictional")
+EFFORT = (0.5, 100.0)  # simulations of the rigs on YADE, as a multiple of the least that answers
 SCALINGS = ("bond_number", "none")
 BELONGS_TO = {
     "powder_rolling_friction": "rolling_resistance",
@@ -51,7 +53,7 @@ class Study:
 
     `parameters` holds those named in [parameters]; `effects` those present, each with a Setting for every parameter;
     `candidates` is None where any effect that acts in the rigs may be considered; `possible` maps a rig to
-    {condition: (min, max)} of what could be measured next.
+    {condition: (min, max)} of what could be measured next; `effort` multiplies the number of simulations.
     """
 
     title: str
@@ -63,6 +65,7 @@ class Study:
     possible: Mapping[str, Mapping[str, tuple[float, float]]] | None = None
     contact_law: str | None = None
     surface_energy_scaling: str = "bond_number"
+    effort: float = 1.0
     folder: Path | None = None
 
     @property
@@ -133,6 +136,7 @@ def load(folder: Path) -> Study:
         possible=_possible(file, _table(file, given, "possible"), catalogue),
         contact_law=law,
         surface_energy_scaling=_choice(file, given, "surface_energy_scaling", SCALINGS) or SCALINGS[0],
+        effort=_setting(f"{file}: effort", given.get("effort", 1.0), EFFORT).value,
         folder=folder,
     )
     check(study, f"{file}: ")

@@ -42,11 +42,15 @@ def quantity(default: float, low: float, high: float, unit: str, meaning: str) -
     return {"default": float(default), "min": float(low), "max": float(high), "unit": unit, "meaning": meaning}
 
 
-def load(file: Path):
-    """The rig (or effect) in a file, as a module."""
+def load(file: Path, effects=()):
+    """The rig (or effect) in a file, as a module; a rig also takes the effects in other files."""
     spec = importlib.util.spec_from_file_location(Path(file).stem, file)
     module = importlib.util.module_from_spec(spec)
     spec.loader.exec_module(module)
+    for effect in map(load, effects):
+        name = effect.EFFECT["name"]
+        module.EFFECTS = (*(own for own in module.EFFECTS if own.EFFECT["name"] != name), effect)
+        module.RIG["effects"] = {**module.RIG["effects"], name: effect.EFFECT["parameters"]}
     return module
 
 
@@ -238,7 +242,7 @@ def by_hand(rig_file: Path, arguments: list[str]) -> int:
 def campaign(file: Path) -> int:
     """A campaign of the package: cases of several rigs, shared with other processes through the claims file."""
     task = json.loads(file.read_text())
-    modules = {name: load(rig["file"]) for name, rig in task["rigs"].items()}
+    modules = {name: load(rig["file"], rig["effects"]) for name, rig in task["rigs"].items()}
     cases = task["cases"]
     mine = claims(Path(task["claims"]), len(cases), os.environ["PELLET_STUDY_WORKER"])
     jobs = ((cases[index].pop("rig"), cases[index]) for index in mine)

@@ -59,6 +59,7 @@ RIG = {
         "tangential_restitution": "downhill speed the contacts leave over that before the impact (tilted plate only)",
     },
     "random": True,
+    "seeds": 64,
     "time_limit_s": 60.0,
 }
 

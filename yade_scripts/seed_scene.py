@@ -335,13 +335,18 @@ class SeedScene:
             state.ori = state.ori * Quaternion(turn / angle, -angle)
 
     def elastic_energy(self) -> float:
-        """Energy stored in the contacts per mass, m2/s2, sideways parts left out."""
+        """Energy the contacts can give back per mass, m2/s2: elastic less the work against adhesion, sideways parts left
+        out.
+        """
         from yade import O
 
         stored = 0.0
         for contact in O.interactions:
             phys, overlap = contact.phys, max(0.0, contact.geom.penetrationDepth)
-            stored += 0.4 * phys.kno * overlap**2.5 if hasattr(phys, "kno") else 0.5 * phys.kn * overlap**2
+            if hasattr(phys, "kno"):
+                stored += 0.4 * phys.kno * overlap**2.5 - phys.adhesionForce * overlap
+            else:
+                stored += 0.5 * phys.kn * overlap**2
         return stored / self.mass
 
     def kinetic_energy(self) -> float:

@@ -1,0 +1,107 @@
+"""Response surfaces of a simulated observable: its mean as a smooth function of parameters and effects.
+
+    ln mu = b0 + sum_k b_k x_k + sum_{j<=k} b_jk x_j x_k + sum_e E_e(u_e, x)
+    E = c1 u + c2 u^2 + c3 u^3 + u sum_m s_m d_m  (+ u sum_k x_k g_k, where the runs are enough)
+
+x are the free parameters scaled to -1...1 (on a logarithmic scale where their range spans a factor of two), u the amount
+of an effect as a share of its physical limit (0: absent), s its shape parameters scaled likewise. The scatter of a mean
+is taken as proportional to the mean: generalized linear models with gamma variance and logarithmic link (McCullagh &
+Nelder 1989, doi:10.1007/978-1-4899-3242-6). Beyond the physical limit ln mu goes on along its tangent.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.stats import qmc
+
+SPANS = 2.0  # ratio of the ends of a range from which on its logarithm is taken
+FLOOR = 1e-3  # of the median mean; smaller means count as this
+
+
+@dataclass(frozen=True)
+class Factor:
+    """A number a surface depends on, with its range (low < high)."""
+
+    low: float
+    high: float
+
+    @property
+    def logarithmic(self) -> bool:
+        """Whether the range spans a factor of two or more."""
+        return self.low > 0 and self.high >= SPANS * self.low
+
+    def scaled(self, value):
+        """Value to -1...1 over the range."""
+        if self.logarithmic:
+            return 2 * np.log(np.maximum(value, 1e-300) / self.low) / np.log(self.high / self.low) - 1
+        return 2 * (value - self.low) / (self.high - self.low) - 1
+
+    def value(self, scaled):
+        """-1...1 to the value."""
+        if self.logarithmic:
+            return self.low * (self.high / self.low) ** (0.5 * (scaled + 1))
+        return self.low + 0.5 * (scaled + 1) * (self.high - self.low)
+
+
+def quadratic(x: np.ndarray) -> np.ndarray:
+    """(m, p) scaled parameters to (m, T) terms: 1, x_k, x_j x_k; T = (p + 1)(p + 2)/2."""
+    p = x.shape[1]
+    pairs = [x[:, j] * x[:, k] for j in range(p) for k in range(j, p)]
+    return np.stack([np.ones(len(x)), *x.T, *pairs], axis=1)
+
+
+def effect_terms(u: np.ndarray, shapes: np.ndarray, x: np.ndarray, joint: bool) -> np.ndarray:
+    """(m,) amounts, (m, s) scaled shapes, (m, p) scaled parameters to (m, T) terms that vanish at u = 0.
+
+    Beyond |u| = 1 the terms go on along their tangent.
+    """
+    inside = np.clip(u, -1, 1)
+    beyond = u - inside
+    powers = [inside + beyond, inside**2 + 2 * inside * beyond, inside**3 + 3 * inside**2 * beyond]
+    with_others = [u * s for s in shapes.T] + ([u * column for column in x.T] if joint else [])
+    return np.stack([*powers, *with_others], axis=1)
+
+
+@dataclass(frozen=True)
+class Surface:
+    """Coefficients of ln mu, their covariance, and the relative scatter (variance over mean squared) of one point."""
+
+    coefficients: np.ndarray
+    covariance: np.ndarray
+    scatter: float
+
+    @classmethod
+    def fitted(cls, terms: np.ndarray, means: np.ndarray, offset=None, least_scatter: float = 0.0) -> "Surface":
+        """Fit to the means of points.
+
+        Parameters
+        ----------
+        terms : (n, T)
+        means : (n,) means over seeds; those below a thousandth of the median count as that
+        offset : (n,) known part of ln mu
+        least_scatter : the relative scatter is not taken below this (another fit's)
+        """
+        import statsmodels.api as sm
+
+        middle = np.median(np.abs(means))
+        means = np.maximum(means, max(FLOOR * middle, 1e-12))
+        family = sm.families.Gamma(sm.families.links.Log())
+        fit = sm.GLM(means, terms, family=family, offset=offset).fit()
+        scatter = max(float(fit.scale), least_scatter) if fit.df_resid > 0 else least_scatter
+        return cls(fit.params, np.asarray(fit.normalized_cov_params) * scatter, scatter)
+
+
+def spread(count: int, dimensions: int, seed: int) -> np.ndarray:
+    """(count, dimensions) points that fill -1...1 evenly (Sobol 1967, scrambled by the seed)."""
+    if dimensions == 0:
+        return np.empty((count, 0))
+    sampler = qmc.Sobol(dimensions, seed=seed)
+    return 2 * sampler.random_base2(int(np.ceil(np.log2(max(count, 2)))))[:count] - 1
+
+
+def amounts(count: int, sides: int) -> np.ndarray:
+    """(count,) amounts of an effect to simulate, as shares of its physical limit; denser near none."""
+    if sides == 2:
+        half = amounts((count + 1) // 2, 1)
+        return np.concatenate([half, -half])[:count]
+    return (np.arange(1, count + 1) / count) ** 1.5

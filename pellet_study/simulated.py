@@ -1,0 +1,354 @@
+"""Predictions by YADE at a bearable price: each case of a study gets a response surface, fitted to simulations.
+
+All simulations a batch of requests needs go to the dispatcher at once: first the free parameters spread over their
+ranges, for all cases of all rigs; then, when effects are asked for, each of them in all cases it acts in. What is
+simulated depends on the study's ranges only, not on the readings, and is stored: asked again, nothing is simulated.
+"""
+
+import csv
+import hashlib
+import json
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from pellet_study import dispatch, rigs, yade
+from pellet_study.errors import SimulationError
+from pellet_study.model import Request
+from pellet_study.response import Factor, Surface, amounts, effect_terms, quadratic, spread
+from pellet_study.study import Study
+
+BASE = 2.4  # points a term of the base surface
+EFFECT = {1: 5, 2: 8}  # points of an effect's surface, by the sides it may take
+JOINT = 2.0  # points a term from which on an effect may interact with the parameters
+MOST_LOST = 0.5  # share of a case's simulations that may fail
+COLUMNS = ("key", "observable", "mean", "sd", "n", "lost", "reason")
+
+
+@dataclass(frozen=True)
+class Site:
+    """A case of a rig with everything that is not a factor fixed."""
+
+    rig: str
+    observable: str
+    conditions: tuple[tuple[str, float], ...]
+    fixed: tuple[tuple[str, float], ...]
+
+
+@dataclass(frozen=True)
+class Point:
+    """Simulations of a site at one place: values of the factors and of an effect, and their seeds."""
+
+    site: Site
+    factors: tuple[tuple[str, float], ...]
+    effect: tuple[str, tuple[tuple[str, float], ...]] | None
+    first_seed: int
+    seeds: int
+
+
+class Simulated:
+    """The engine of the rigs that run on YADE.
+
+    Parameters
+    ----------
+    study : whose free parameters and effects span the surfaces
+    store : folder of finished simulations
+    workers : YADE processes at once; default one a core
+    quiet : no progress bar
+    """
+
+    step = 1e-5
+    levels = 3
+
+    def __init__(self, study: Study, store: Path, workers: int | None = None, quiet: bool = False):
+        self.catalogue, self.law, self.effort = study.catalogue, study.contact_law, study.effort
+        self.store, self.workers, self.quiet = Path(store), workers, quiet
+        own = [effect for effect in study.catalogue.effects.values() if effect.own]
+        for name, rig in study.catalogue.rigs.items():
+            if rig.predict is None:
+                rigs.use(name, rig.file, [effect.own for effect in own if name in effect.rigs])
+        self.ranges = {name: Factor(s.low, s.high) for name, s in study.parameters.items() if s.free}
+        self.warnings: list[str] = []
+        self.simulated = 0
+        self._means: dict[tuple[str, str], tuple] | None = None
+        self._base: dict[Site, Surface] = {}
+        self._effects: dict[tuple[Site, str, bool], tuple[Surface, bool]] = {}
+
+    def predict(self, requests: Sequence[Request]) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Means and the variances of the means, (points, cases) for each request.
+
+        Raises
+        ------
+        SimulationError : more than half of the simulations of a case failed
+        """
+        sites = [self._sites(request) for request in requests]
+        self._prepare(requests, sites)
+        return [self._evaluate(request, mine) for request, mine in zip(requests, sites, strict=True)]
+
+    def at(self, requests: Sequence[Request], first_seed: int, blocks: int) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Means and variances at the first point of each request from simulations there, past any surface."""
+        plans = []
+        for request in requests:
+            effects = {e: {p: float(v[0, 0]) for p, v in values.items()} for e, values in request.effects.items()}
+            for site in self._sites(request):
+                values = {k: float(v[0, 0]) for k, v in request.parameters.items() if np.ndim(v) == 2}
+                values = {k: v for k, v in values.items() if k in self._factors(site)}
+                seeds = self._seeds(site.rig)
+                plans.append([(site, values, effects, first_seed + b * seeds, seeds) for b in range(blocks)])
+        found = self._run([plan for block in plans for plan in block])
+        answers, place = [], 0
+        for request in requests:
+            means, variances = [], []
+            for _ in range(len(next(iter(request.conditions.values())))):
+                block = np.array([found[place + b][0] for b in range(blocks)])
+                means.append(np.nanmean(block))
+                variances.append(np.nanvar(block, ddof=1) / np.isfinite(block).sum())
+                place += blocks
+            answers.append((np.array([means]), np.array([variances])))
+        return answers
+
+    # sites and their designs
+
+    def _seeds(self, rig: str) -> int:
+        return rigs.rig(rig).seeds
+
+    def _sites(self, request: Request) -> list[Site]:
+        """The cases of a request, known and fixed parameters with their values."""
+        count = len(next(iter(request.conditions.values())))
+        conditions = rigs.rig(request.rig).conditions
+        found = []
+        for k in range(count):
+            fixed = {}
+            for name, values in request.parameters.items():
+                values = np.asarray(values)
+                if values.ndim == 1:
+                    fixed[name] = float(values[k])
+                elif name not in self.ranges:
+                    fixed[name] = float(values[0, 0])
+            given = {c: float(v[k]) for c, v in request.conditions.items() if c in conditions}
+            found.append(Site(request.rig, request.observable, tuple(given.items()), tuple(fixed.items())))
+        return found
+
+    def _factors(self, site: Site) -> dict[str, Factor]:
+        fixed = dict(site.fixed)
+        return {n: f for n, f in self.ranges.items() if n in rigs.rig(site.rig).parameters and n not in fixed}
+
+    def _base_points(self, site: Site) -> list[Point]:
+        factors = self._factors(site)
+        p = len(factors)
+        count = max(4, int(np.ceil(BASE * (p + 1) * (p + 2) / 2 * self.effort)))
+        places = spread(count, p, seed=1)
+        seeds = self._seeds(site.rig)
+        return [
+            Point(site, self._values(factors, x), None, k * seeds, seeds) for k, x in enumerate(places)
+        ]
+
+    def _effect_points(self, site: Site, name: str, present: bool) -> list[Point]:
+        effect, factors = self.catalogue.effects[name], self._factors(site)
+        shapes = list(effect.parameters)[1:]
+        count = int(np.ceil(EFFECT[effect.sides] * self.effort))
+        if present:
+            count = max(count, int(np.ceil(JOINT * self._terms(name, len(factors)))))
+        u = amounts(count, effect.sides)
+        # a stream of seeds and places of its own for each effect
+        number = 1 + sorted(self.catalogue.effects).index(name)
+        places = spread(count, len(factors) + len(shapes), seed=1 + number)
+        absent, reach = self._reach(name)
+        seeds = self._seeds(site.rig)
+        found = []
+        for k, place in enumerate(places):
+            values = {effect.amount: absent + reach * u[k]}
+            for shape, s in zip(shapes, place[len(factors) :], strict=True):
+                values[shape] = float(self._shape(name, shape).value(s))
+            x = self._values(factors, place[: len(factors)])
+            found.append(Point(site, x, (name, tuple(values.items())), (1000 * number + k) * seeds, seeds))
+        return found
+
+    def _terms(self, name: str, p: int) -> int:
+        """Terms of an effect's surface that interacts with p parameters."""
+        return 2 + len(self.catalogue.effects[name].parameters) + p
+
+    @staticmethod
+    def _values(factors: Mapping[str, Factor], x: np.ndarray) -> tuple[tuple[str, float], ...]:
+        return tuple((name, float(factor.value(s))) for (name, factor), s in zip(factors.items(), x, strict=True))
+
+    def _reach(self, name: str) -> tuple[float, float]:
+        """An effect's amount when absent, and how far it is from there to the physical limit."""
+        effect = self.catalogue.effects[name]
+        quantity = effect.parameters[effect.amount]
+        low, high = quantity.get("physical", (quantity["min"], quantity["max"]))
+        absent = quantity["absent"]
+        return absent, max(high - absent, absent - low) if effect.sides == 2 else high - absent
+
+    def _shape(self, name: str, shape: str) -> Factor:
+        quantity = self.catalogue.effects[name].parameters[shape]
+        return Factor(*quantity.get("physical", (quantity["min"], quantity["max"])))
+
+    # simulations
+
+    def _prepare(self, requests: Sequence[Request], sites: Sequence[Sequence[Site]]) -> None:
+        """Make the surfaces that are missing, all their simulations in one batch."""
+        bases = list(dict.fromkeys(s for mine in sites for s in mine if s not in self._base))
+        wanted = []
+        for request, mine in zip(requests, sites, strict=True):
+            for name in request.effects:
+                if self.catalogue.effects[name].reading is None:
+                    key = name in request.present
+                    wanted += [(s, name, key) for s in mine if (s, name, key) not in self._effects]
+        wanted = list(dict.fromkeys(wanted))
+        if not bases and not wanted:
+            return
+        plans = {s: self._base_points(s) for s in bases}
+        plans |= {key: self._effect_points(*key) for key in wanted}
+        points = [p for plan in plans.values() for p in plan]
+        found = self._run(
+            [
+                (p.site, dict(p.factors), {} if p.effect is None else {p.effect[0]: dict(p.effect[1])}, p.first_seed,
+                 p.seeds)
+                for p in points
+            ]
+        )  # fmt: skip
+        results = dict(zip(points, found, strict=True))
+        for site in bases:
+            self._base[site] = self._fit_base(site, plans[site], results)
+        for key in wanted:
+            self._effects[key] = self._fit_effect(key, plans[key], results)
+
+    def _fit_base(self, site: Site, plan: Sequence[Point], results: Mapping) -> Surface:
+        kept, means = self._kept(site, plan, results)
+        return Surface.fitted(quadratic(self._scaled(site, [p.factors for p in kept])), means)
+
+    def _fit_effect(self, key, plan: Sequence[Point], results: Mapping) -> tuple[Surface, bool]:
+        site, name, _ = key
+        kept, means = self._kept(site, plan, results)
+        x = self._scaled(site, [p.factors for p in kept])
+        u, shapes = self._amounts(name, {k: np.array([dict(p.effect[1])[k] for p in kept]) for k in dict(kept[0].effect[1])})
+        joint = len(kept) >= JOINT * self._terms(name, x.shape[1])
+        base = self._base[site]
+        offset = quadratic(x) @ base.coefficients
+        return Surface.fitted(effect_terms(u, shapes, x, joint), means, offset, base.scatter), joint
+
+    def _kept(self, site: Site, plan: Sequence[Point], results: Mapping) -> tuple[list[Point], np.ndarray]:
+        """Points that gave a mean, and their means."""
+        lost = sum(results[p][1] for p in plan)
+        total = sum(p.seeds for p in plan)
+        if lost:
+            reason = next(results[p][2] for p in plan if results[p][2])
+            what = ", ".join(f"{k} = {v:g}" for k, v in site.conditions)
+            text = f"{lost} of {total} simulations of {site.rig} ({what}) failed, the first with: {reason}"
+            if lost > MOST_LOST * total:
+                raise SimulationError(f"{text}; change the ranges in study.toml, or leave this row out")
+            self.warnings.append(f"{text}; the answer rests on the others")
+        kept = [p for p in plan if np.isfinite(results[p][0])]
+        if len(kept) < 2:
+            raise SimulationError(f"{site.rig}: too few simulations came through to say what the model predicts")
+        return kept, np.array([results[p][0] for p in kept])
+
+    def _run(self, plans: Sequence[tuple]) -> list[tuple[float, int, str]]:
+        """Mean, number of failed seeds and first reason of each (site, factors, effects, first seed, seeds)."""
+        memory = self._memory()
+        keys, cases = [], []
+        for site, factors, effects, first, seeds in plans:
+            case = rigs.case(
+                site.rig,
+                contact_law=self.law if self.law in rigs.rig(site.rig).contact_laws else None,
+                seed=first,
+                parameters={**dict(site.fixed), **factors},
+                conditions=dict(site.conditions),
+                effects=effects,
+            )
+            text = json.dumps([case, seeds, rigs.rig(site.rig).fingerprint, yade.version()], sort_keys=True)
+            key = (hashlib.sha256(text.encode()).hexdigest()[:20], site.observable)
+            keys.append(key)
+            if key not in memory:
+                cases.append((key, [{**case, "seed": first + k} for k in range(seeds)]))
+        fresh = dict(cases)
+        if fresh:
+            flat = [case for group in fresh.values() for case in group]
+            self.simulated += len(flat)
+            table = dispatch.run(flat, self.store, workers=self.workers, quiet=self.quiet)
+            place = 0
+            for key, group in fresh.items():
+                rows = table.iloc[place : place + len(group)]
+                place += len(group)
+                fine = rows["status"] == "ok"
+                values = rows[key[1]].to_numpy(float)[fine.to_numpy()]
+                if fine.any() and not np.isfinite(values).all():
+                    raise SimulationError(f"{group[0]['rig']} gives no {key[1]} under these conditions")
+                reason = "" if fine.all() else str(rows["status"][~fine].iloc[0])
+                mean = float(values.mean()) if len(values) else np.nan
+                sd = float(values.std(ddof=1)) if len(values) > 1 else np.nan
+                memory[key] = (mean, sd, len(values), int((~fine).sum()), reason)
+            self._remember(fresh)
+        return [(memory[key][0], memory[key][3], memory[key][4]) for key in keys]
+
+    def _memory(self) -> dict:
+        """Means known from the store, by key and observable."""
+        if self._means is None:
+            self._means = {}
+            file = self.store / "means.csv"
+            if file.exists():
+                with open(file, newline="", encoding="utf-8", errors="replace") as stream:
+                    for row in csv.reader(stream):
+                        try:
+                            key, observable, mean, sd, n, lost, reason = row
+                            self._means[key, observable] = (float(mean), float(sd), int(n), int(lost), reason)
+                        except ValueError:  # the header, or a torn line: simulated again from stored cases
+                            continue
+        return self._means
+
+    def _remember(self, keys) -> None:
+        file = self.store / "means.csv"
+        new = not file.exists()
+        with open(file, "a", newline="", encoding="utf-8") as stream:
+            writer = csv.writer(stream)
+            if new:
+                writer.writerow(COLUMNS)
+            writer.writerows([*key, *self._means[key]] for key in keys)
+
+    # evaluation
+
+    def _scaled(self, site: Site, factors: Sequence[tuple]) -> np.ndarray:
+        mine = self._factors(site)
+        return np.array([[f.scaled(dict(values)[n]) for n, f in mine.items()] for values in factors]).reshape(
+            len(factors), len(mine)
+        )
+
+    def _amounts(self, name: str, values: Mapping[str, np.ndarray]) -> tuple[np.ndarray, np.ndarray]:
+        """Amount as a share of its physical limit, and scaled shape parameters, of (m,) values."""
+        absent, reach = self._reach(name)
+        amount, *shapes = self.catalogue.effects[name].parameters
+        scaled = [self._shape(name, s).scaled(values[s]) for s in shapes]
+        u = (values[amount] - absent) / reach
+        return u, np.array(scaled).reshape(len(shapes), len(u)).T
+
+    def _evaluate(self, request: Request, sites: Sequence[Site]) -> tuple[np.ndarray, np.ndarray]:
+        factors = self._factors(sites[0])
+        columns = [np.atleast_2d(request.parameters[n])[:, 0] for n in factors]
+        m = max([len(c) for c in columns] + [len(v[next(iter(v))]) for v in request.effects.values()] + [1])
+        x = np.array([f.scaled(c) for f, c in zip(factors.values(), columns, strict=True)]).reshape(len(factors), -1).T
+        x = np.broadcast_to(x, (m, len(factors))) if len(factors) else np.empty((m, 0))
+        terms = quadratic(x)
+        surfaces = [self._base[s] for s in sites]
+        log_mean = terms @ np.array([s.coefficients for s in surfaces]).T
+        relative = np.stack([((terms @ s.covariance) * terms).sum(axis=1) for s in surfaces], axis=1)
+        readings = []
+        for name, values in request.effects.items():
+            values = {k: np.broadcast_to(np.asarray(v)[:, 0], (m,)) for k, v in values.items()}
+            reading = self.catalogue.effects[name].reading
+            if reading is not None:
+                readings.append((reading, {k: v[:, None] for k, v in values.items()}))
+                continue
+            u, shapes = self._amounts(name, values)
+            for k, site in enumerate(sites):
+                surface, joint = self._effects[site, name, name in request.present]
+                own = effect_terms(u, shapes, x, joint)
+                log_mean[:, k] += own @ surface.coefficients
+                relative[:, k] += ((own @ surface.covariance) * own).sum(axis=1)
+        mean = np.exp(np.clip(log_mean, -50, 50))
+        variance = relative * mean**2
+        for reading, values in readings:
+            mean = reading(mean, values)
+        return mean, variance
