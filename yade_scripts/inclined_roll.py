@@ -58,7 +58,7 @@ RIG = {
     },
     "observables": {"roll_distance_mm": "distance of the centre of mass from the foot of the slope, at rest"},
     "random": True,
-    "seeds": 8,
+    "seeds": 4,
     "time_limit_s": 120.0,
 }
 
