@@ -9,51 +9,14 @@ from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Protocol
 
 import numpy as np
 
 from pellet_study.catalogue import Acting, Catalogue
+from pellet_study.engine import Engine, Request
 from pellet_study.errors import InputError
 from pellet_study.measurements import Measurement
 from pellet_study.study import Study
-
-
-@dataclass(frozen=True)
-class Request:
-    """Cases of one rig and observable, at many points.
-
-    Parameters
-    ----------
-    rig, observable : names
-    conditions : {name: (k,) array}
-    parameters : {name: (m, 1) or (m, k) array}
-    effects : {effect: {parameter: (m, 1) array}}, only those that are there at some point
-    present : names of the effects that the study has, not only considers
-    """
-
-    rig: str
-    observable: str
-    conditions: Mapping[str, np.ndarray]
-    parameters: Mapping[str, np.ndarray]
-    effects: Mapping[str, Mapping[str, np.ndarray]]
-    present: frozenset[str] = frozenset()
-
-
-class Engine(Protocol):
-    """What answers requests: a closed form, or simulations.
-
-    `step` is the finite-difference step it can resolve, as a share of a parameter's range; `levels` the number of
-    values of a condition at which it can bear to be asked what the next measurement would show. `predict` gets all
-    requests of a batch together and returns for each the means and the variances of these means, (m, k) arrays.
-    `warnings` is what its user must know.
-    """
-
-    step: float
-    levels: int
-    warnings: Sequence[str]
-
-    def predict(self, requests: Sequence[Request]) -> list[tuple[np.ndarray, np.ndarray]]: ...
 
 
 @dataclass(frozen=True)
@@ -205,7 +168,7 @@ class Model:
             kind = id(engine) if not isinstance(engine, ClosedForm) else 0
             _, requests, places = asked.setdefault(kind, (engine, [], []))
             own = {name: shared[name] for name in self.study.catalogue.rigs[rig].parameters}
-            requests.append(Request(rig, observable, conditions, {**own, **known}, effects, frozenset(self.study.effects)))
+            requests.append(Request(rig, observable, conditions, {**own, **known}, effects))
             places.append(indices)
         mean, variance = np.empty((len(points), len(self.cases))), np.zeros((len(points), len(self.cases)))
         for engine, requests, places in asked.values():

@@ -1,12 +1,14 @@
 """Response surfaces of a simulated observable: its mean as a smooth function of parameters and effects.
 
     ln mu = b0 + sum_k b_k x_k + sum_{j<=k} b_jk x_j x_k + sum_e E_e(u_e, x)
-    E = c1 u + c2 u^2 + c3 u^3 + u sum_m s_m d_m  (+ u sum_k x_k g_k, where the runs are enough)
+    E = c1 u + c2 u^2 + c3 u^3 + u sum_m d_m s_m + u sum_k g_k x_k
 
 x are the free parameters scaled to -1...1 (on a logarithmic scale where their range spans a factor of two), u the amount
 of an effect as a share of its physical limit (0: absent), s its shape parameters scaled likewise. The scatter of a mean
 is taken as proportional to the mean: generalized linear models with gamma variance and logarithmic link (McCullagh &
-Nelder 1989, doi:10.1007/978-1-4899-3242-6). Beyond the physical limit ln mu goes on along its tangent.
+Nelder 1989, doi:10.1007/978-1-4899-3242-6). Curvature and interactions of an effect have priors about 0 (c2, c3:
+standard deviation 1; g: 0.5), which count where its few simulations scatter more than that. Beyond the physical limit
+ln mu goes on along its tangent.
 """
 
 from dataclasses import dataclass
@@ -16,6 +18,8 @@ from scipy.stats import qmc
 
 SPANS = 2.0  # ratio of the ends of a range from which on its logarithm is taken
 FLOOR = 1e-3  # of the median mean; smaller means count as this
+CURVATURE, INTERACTION = 1.0, 0.5  # prior standard deviations of an effect's coefficients
+ROUNDS = 12
 
 
 @dataclass(frozen=True)
@@ -50,16 +54,25 @@ def quadratic(x: np.ndarray) -> np.ndarray:
     return np.stack([np.ones(len(x)), *x.T, *pairs], axis=1)
 
 
-def effect_terms(u: np.ndarray, shapes: np.ndarray, x: np.ndarray, joint: bool) -> np.ndarray:
-    """(m,) amounts, (m, s) scaled shapes, (m, p) scaled parameters to (m, T) terms that vanish at u = 0.
+def effect_terms(u: np.ndarray, shapes: np.ndarray, x: np.ndarray) -> np.ndarray:
+    """(m,) amounts, (m, s) scaled shapes, (m, p) scaled parameters to (m, 3 + s + p) terms that vanish at u = 0.
 
-    Beyond |u| = 1 the terms go on along their tangent.
+    Beyond |u| = 1 they go on along their tangent.
     """
     inside = np.clip(u, -1, 1)
     beyond = u - inside
-    powers = [inside + beyond, inside**2 + 2 * inside * beyond, inside**3 + 3 * inside**2 * beyond]
-    with_others = [u * s for s in shapes.T] + ([u * column for column in x.T] if joint else [])
-    return np.stack([*powers, *with_others], axis=1)
+    powers = [inside, inside**2, inside**3], [1.0, 2 * inside, 3 * inside**2]
+    return np.stack(
+        [value + slope * beyond for value, slope in zip(*powers, strict=True)]
+        + [u * s for s in shapes.T]
+        + [u * k for k in x.T],
+        axis=1,
+    )
+
+
+def effect_prior(shapes: int, parameters: int) -> np.ndarray:
+    """Prior standard deviation of the coefficient of each of `effect_terms`."""
+    return np.array([np.inf, CURVATURE, CURVATURE] + [np.inf] * shapes + [INTERACTION] * parameters)
 
 
 @dataclass(frozen=True)
@@ -71,24 +84,30 @@ class Surface:
     scatter: float
 
     @classmethod
-    def fitted(cls, terms: np.ndarray, means: np.ndarray, offset=None, least_scatter: float = 0.0) -> "Surface":
-        """Fit to the means of points.
+    def fitted(cls, terms, means, offset=0.0, prior_sd=np.inf, least_scatter: float = 1e-8) -> "Surface":
+        """Fit to the means of points, by reweighted least squares with Gaussian priors about 0.
 
         Parameters
         ----------
         terms : (n, T)
         means : (n,) means over seeds; those below a thousandth of the median count as that
         offset : (n,) known part of ln mu
+        prior_sd : (T,) prior standard deviations of the coefficients
         least_scatter : the relative scatter is not taken below this (another fit's)
         """
-        import statsmodels.api as sm
-
-        middle = np.median(np.abs(means))
-        means = np.maximum(means, max(FLOOR * middle, 1e-12))
-        family = sm.families.Gamma(sm.families.links.Log())
-        fit = sm.GLM(means, terms, family=family, offset=offset).fit()
-        scatter = max(float(fit.scale), least_scatter) if fit.df_resid > 0 else least_scatter
-        return cls(fit.params, np.asarray(fit.normalized_cov_params) * scatter, scatter)
+        means = np.maximum(means, max(FLOOR * np.median(np.abs(means)), 1e-12))
+        precision = np.diag(np.broadcast_to(1 / np.square(prior_sd), terms.shape[1]))
+        scatter, eta = max(least_scatter, 1e-4), np.log(means)  # the usual start: the means themselves
+        for _ in range(ROUNDS):
+            deviation = means * np.exp(-eta) - 1
+            normal = terms.T @ terms + scatter * precision + 1e-12 * np.eye(terms.shape[1])
+            coefficients = np.linalg.solve(normal, terms.T @ (eta - offset + deviation))
+            eta = offset + terms @ coefficients
+            inverse = np.linalg.inv(normal)
+            free = len(means) - np.trace(inverse @ terms.T @ terms)
+            left = float(np.square(means * np.exp(-eta) - 1).sum())
+            scatter = max(least_scatter, left / free if free > 0.5 else 0.0)
+        return cls(coefficients, scatter * inverse, scatter)
 
 
 def spread(count: int, dimensions: int, seed: int) -> np.ndarray:

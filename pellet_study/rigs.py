@@ -74,8 +74,9 @@ def _files() -> dict[str, tuple[Path, tuple[Path, ...]]]:
 
 def use(name: str, file: Path, effects: Sequence[Path] = ()) -> None:
     """From here on the rig of that name is the one in a file, and also knows the effects in some files."""
-    _used[name] = (file, tuple(effects))
-    rig.cache_clear()
+    if _used.get(name) != (file, tuple(effects)):
+        _used[name] = (file, tuple(effects))
+        rig.cache_clear()
 
 
 @cache

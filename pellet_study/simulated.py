@@ -15,14 +15,13 @@ from pathlib import Path
 import numpy as np
 
 from pellet_study import dispatch, rigs, yade
+from pellet_study.engine import Request
 from pellet_study.errors import SimulationError
-from pellet_study.model import Request
-from pellet_study.response import Factor, Surface, amounts, effect_terms, quadratic, spread
+from pellet_study.response import Factor, Surface, amounts, effect_prior, effect_terms, quadratic, spread
 from pellet_study.study import Study
 
 BASE = 2.4  # points a term of the base surface
 EFFECT = {1: 5, 2: 8}  # points of an effect's surface, by the sides it may take
-JOINT = 2.0  # points a term from which on an effect may interact with the parameters
 MOST_LOST = 0.5  # share of a case's simulations that may fail
 COLUMNS = ("key", "observable", "mean", "sd", "n", "lost", "reason")
 
@@ -66,15 +65,17 @@ class Simulated:
         self.catalogue, self.law, self.effort = study.catalogue, study.contact_law, study.effort
         self.store, self.workers, self.quiet = Path(store), workers, quiet
         own = [effect for effect in study.catalogue.effects.values() if effect.own]
-        for name, rig in study.catalogue.rigs.items():
-            if rig.predict is None:
-                rigs.use(name, rig.file, [effect.own for effect in own if name in effect.rigs])
+        self._files = {
+            name: (rig.file, [effect.own for effect in own if name in effect.rigs])
+            for name, rig in study.catalogue.rigs.items()
+            if rig.predict is None
+        }
         self.ranges = {name: Factor(s.low, s.high) for name, s in study.parameters.items() if s.free}
         self.warnings: list[str] = []
         self.simulated = 0
         self._means: dict[tuple[str, str], tuple] | None = None
         self._base: dict[Site, Surface] = {}
-        self._effects: dict[tuple[Site, str, bool], tuple[Surface, bool]] = {}
+        self._effects: dict[tuple[Site, str], Surface] = {}
 
     def predict(self, requests: Sequence[Request]) -> list[tuple[np.ndarray, np.ndarray]]:
         """Means and the variances of the means, (points, cases) for each request.
@@ -83,12 +84,14 @@ class Simulated:
         ------
         SimulationError : more than half of the simulations of a case failed
         """
+        self._use_files()
         sites = [self._sites(request) for request in requests]
         self._prepare(requests, sites)
         return [self._evaluate(request, mine) for request, mine in zip(requests, sites, strict=True)]
 
     def at(self, requests: Sequence[Request], first_seed: int, blocks: int) -> list[tuple[np.ndarray, np.ndarray]]:
         """Means and variances at the first point of each request from simulations there, past any surface."""
+        self._use_files()
         plans = []
         for request in requests:
             effects = {e: {p: float(v[0, 0]) for p, v in values.items()} for e, values in request.effects.items()}
@@ -108,6 +111,11 @@ class Simulated:
                 place += blocks
             answers.append((np.array([means]), np.array([variances])))
         return answers
+
+    def _use_files(self) -> None:
+        """The study's own rigs and effects, until another study's engine asks for its own."""
+        for name, (file, effects) in self._files.items():
+            rigs.use(name, file, effects)
 
     # sites and their designs
 
@@ -141,16 +149,12 @@ class Simulated:
         count = max(4, int(np.ceil(BASE * (p + 1) * (p + 2) / 2 * self.effort)))
         places = spread(count, p, seed=1)
         seeds = self._seeds(site.rig)
-        return [
-            Point(site, self._values(factors, x), None, k * seeds, seeds) for k, x in enumerate(places)
-        ]
+        return [Point(site, self._values(factors, x), None, k * seeds, seeds) for k, x in enumerate(places)]
 
-    def _effect_points(self, site: Site, name: str, present: bool) -> list[Point]:
+    def _effect_points(self, site: Site, name: str) -> list[Point]:
         effect, factors = self.catalogue.effects[name], self._factors(site)
         shapes = list(effect.parameters)[1:]
         count = int(np.ceil(EFFECT[effect.sides] * self.effort))
-        if present:
-            count = max(count, int(np.ceil(JOINT * self._terms(name, len(factors)))))
         u = amounts(count, effect.sides)
         # a stream of seeds and places of its own for each effect
         number = 1 + sorted(self.catalogue.effects).index(name)
@@ -165,10 +169,6 @@ class Simulated:
             x = self._values(factors, place[: len(factors)])
             found.append(Point(site, x, (name, tuple(values.items())), (1000 * number + k) * seeds, seeds))
         return found
-
-    def _terms(self, name: str, p: int) -> int:
-        """Terms of an effect's surface that interacts with p parameters."""
-        return 2 + len(self.catalogue.effects[name].parameters) + p
 
     @staticmethod
     def _values(factors: Mapping[str, Factor], x: np.ndarray) -> tuple[tuple[str, float], ...]:
@@ -195,8 +195,7 @@ class Simulated:
         for request, mine in zip(requests, sites, strict=True):
             for name in request.effects:
                 if self.catalogue.effects[name].reading is None:
-                    key = name in request.present
-                    wanted += [(s, name, key) for s in mine if (s, name, key) not in self._effects]
+                    wanted += [(s, name) for s in mine if (s, name) not in self._effects]
         wanted = list(dict.fromkeys(wanted))
         if not bases and not wanted:
             return
@@ -220,15 +219,16 @@ class Simulated:
         kept, means = self._kept(site, plan, results)
         return Surface.fitted(quadratic(self._scaled(site, [p.factors for p in kept])), means)
 
-    def _fit_effect(self, key, plan: Sequence[Point], results: Mapping) -> tuple[Surface, bool]:
-        site, name, _ = key
+    def _fit_effect(self, key: tuple[Site, str], plan: Sequence[Point], results: Mapping) -> Surface:
+        site, name = key
         kept, means = self._kept(site, plan, results)
         x = self._scaled(site, [p.factors for p in kept])
-        u, shapes = self._amounts(name, {k: np.array([dict(p.effect[1])[k] for p in kept]) for k in dict(kept[0].effect[1])})
-        joint = len(kept) >= JOINT * self._terms(name, x.shape[1])
+        given = [dict(p.effect[1]) for p in kept]
+        u, shapes = self._amounts(name, {k: np.array([values[k] for values in given]) for k in given[0]})
         base = self._base[site]
+        prior = effect_prior(shapes.shape[1], x.shape[1])
         offset = quadratic(x) @ base.coefficients
-        return Surface.fitted(effect_terms(u, shapes, x, joint), means, offset, base.scatter), joint
+        return Surface.fitted(effect_terms(u, shapes, x), means, offset, prior, base.scatter)
 
     def _kept(self, site: Site, plan: Sequence[Point], results: Mapping) -> tuple[list[Point], np.ndarray]:
         """Points that gave a mean, and their means."""
@@ -341,10 +341,9 @@ class Simulated:
             if reading is not None:
                 readings.append((reading, {k: v[:, None] for k, v in values.items()}))
                 continue
-            u, shapes = self._amounts(name, values)
+            own = effect_terms(*self._amounts(name, values), x)
             for k, site in enumerate(sites):
-                surface, joint = self._effects[site, name, name in request.present]
-                own = effect_terms(u, shapes, x, joint)
+                surface = self._effects[site, name]
                 log_mean[:, k] += own @ surface.coefficients
                 relative[:, k] += ((own @ surface.covariance) * own).sum(axis=1)
         mean = np.exp(np.clip(log_mean, -50, 50))

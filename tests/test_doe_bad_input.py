@@ -58,12 +58,7 @@ def test_a_constant_column(tmp_path, capsys, command):
         lines = replaced(lines, row, 2, "1")
     status, error = answer(tmp_path, capsys, command, lines)
     name = lines[0].split(",")[2]
-    assert (
-        status == 2
-        and f"column '{name}'" in error
-        and f"rows 2 to {len(lines)}" in error
-        and "remove" in error
-    )
+    assert status == 2 and f"column '{name}'" in error and f"rows 2 to {len(lines)}" in error and "remove" in error
 
 
 @pytest.mark.parametrize("command", ["pb", "bbd"])
@@ -94,8 +89,7 @@ def test_a_missing_response_column(tmp_path, capsys, command):
 
 def test_a_missing_response_column_in_physical_units(tmp_path, capsys):
     lines = ["A,B,C"] + [
-        ",".join(f"{0.5 + 0.1 * x:g}" for x in row)
-        for row in plackett_burman.coded_matrix(3, centre_points=1)
+        ",".join(f"{0.5 + 0.1 * x:g}" for x in row) for row in plackett_burman.coded_matrix(3, centre_points=1)
     ]
     status, error = answer(tmp_path, capsys, "pb", lines)
     assert status == 2 and "column 'C'" in error and "response column is missing" in error
@@ -114,11 +108,7 @@ def test_not_a_design_at_all(tmp_path, capsys, command):
     ]
     status, error = answer(tmp_path, capsys, command, lines)
     assert (
-        status == 2
-        and "not a design" in error
-        and "column 'x'" in error
-        and "row 2" in error
-        and "--ignore" in error
+        status == 2 and "not a design" in error and "column 'x'" in error and "row 2" in error and "--ignore" in error
     )
 
 

@@ -199,9 +199,7 @@ def test_reduced_models_keep_hierarchy(resin):
     assert all(p <= 0.1 for name, p in reduced.p.items() if name not in ("A", "B", "C"))
     with pytest.raises(InputError, match="cannot be left out while"):
         box_behnken.without(resin, ["A"])
-    assert list(box_behnken.without(resin, ["BC"]).coefficients) == [
-        n for n in resin.coefficients if n != "BC"
-    ]
+    assert list(box_behnken.without(resin, ["BC"]).coefficients) == [n for n in resin.coefficients if n != "BC"]
 
 
 def test_prediction_intervals_cover_as_they_should():
@@ -212,8 +210,7 @@ def test_prediction_intervals_cover_as_they_should():
     model = box_behnken.analyse(code_design(frame)).model
     found = interval(model, [[0.4, -0.3, 0.6]])
     half_widths = [
-        (high - low) / 2 / np.sqrt(model.mean_square_error)
-        for low, high in (found.confidence, found.prediction)
+        (high - low) / 2 / np.sqrt(model.mean_square_error) for low, high in (found.confidence, found.prediction)
     ]
     y = rng.normal(size=(len(x), 2000))
     coefficients = np.linalg.lstsq(model.matrix, y, rcond=None)[0]
@@ -221,9 +218,7 @@ def test_prediction_intervals_cover_as_they_should():
     point = np.array([1, 0.4, -0.3, 0.6, 0.4 * -0.3, 0.4 * 0.6, -0.3 * 0.6, 0.16, 0.09, 0.36])
     predicted = point @ coefficients
     assert np.mean(np.abs(predicted) < half_widths[0] * sigma) == pytest.approx(0.95, abs=0.015)
-    assert np.mean(np.abs(predicted - rng.normal(size=2000)) < half_widths[1] * sigma) == pytest.approx(
-        0.95, abs=0.015
-    )
+    assert np.mean(np.abs(predicted - rng.normal(size=2000)) < half_widths[1] * sigma) == pytest.approx(0.95, abs=0.015)
 
 
 @pytest.mark.parametrize(("n_factors", "runs"), [(3, 12), (4, 24), (5, 40)])
@@ -234,9 +229,7 @@ def test_box_behnken_has_only_edges_and_centre(n_factors, runs):
 
 
 def test_face_centred_has_corners_faces_and_centre():
-    counts = np.unique(
-        np.abs(box_behnken.coded_matrix(3, 4, face_centred=True)).sum(axis=1), return_counts=True
-    )
+    counts = np.unique(np.abs(box_behnken.coded_matrix(3, 4, face_centred=True)).sum(axis=1), return_counts=True)
     assert dict(zip(*counts, strict=True)) == {0: 4, 1: 6, 3: 8}
 
 

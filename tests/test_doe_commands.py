@@ -88,10 +88,7 @@ def test_a_failed_run_is_named_and_the_loss_stated(screening_csv, tmp_path, caps
 
 
 def test_a_saturated_design_says_so_and_has_no_p_values(tmp_path, capsys):
-    assert (
-        main(["pb", "--design", *[f"{n}=0,1" for n in "ABCDEFGHIJK"], "--output", str(tmp_path / "d.csv")])
-        == 0
-    )
+    assert main(["pb", "--design", *[f"{n}=0,1" for n in "ABCDEFGHIJK"], "--output", str(tmp_path / "d.csv")]) == 0
     frame = pd.read_csv(tmp_path / "d.csv")
     frame["response"] = [40.1, 47, 42, 39, 51, 44, 45, 38, 49, 43, 46, 41]
     frame.to_csv(tmp_path / "d.csv", index=False)
@@ -117,9 +114,7 @@ def test_climb_equal_steps_and_reading_the_papers_runs_back(screening_csv, tmp_p
         "--lowest",
         tmp_path=tmp_path,
     )
-    assert [point["B"] for point in answer["climb"]["points"]] == pytest.approx(
-        [0.9, 0.86, 0.82, 0.78, 0.74, 0.7]
-    )
+    assert [point["B"] for point in answer["climb"]["points"]] == pytest.approx([0.9, 0.86, 0.82, 0.78, 0.74, 0.7])
     assert answer["turning"]["centre"] == {"B": 0.86, "C": 0.29, "G": 0.14}
     assert "the path turned at run 2 of 6" in capsys.readouterr().out
 
@@ -224,9 +219,7 @@ def test_help_has_an_example(command, capsys):
 
 
 @pytest.mark.parametrize("command", ["pb", "bbd"])
-def test_the_commands_import_no_plots_no_design_library_and_not_all_of_statsmodels(
-    command, screening_csv, surface_csv
-):
+def test_the_commands_import_no_plots_no_design_library_and_not_all_of_statsmodels(command, screening_csv, surface_csv):
     path = screening_csv if command == "pb" else surface_csv
     code = (
         "import sys; from pellet_study.__main__ import main; "

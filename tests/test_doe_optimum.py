@@ -89,9 +89,7 @@ def test_the_best_further_run_really_shrinks_the_set_as_said(slope):
     squared = 0.3**2 + t.ppf(0.975, model.df_residual) ** 2 * model.mean_square_error * leverage
     assert run.fraction == pytest.approx(np.mean((model.predict(sample) - 10.5) ** 2 <= squared))
     assert run.fraction < found.fraction_not_excluded
-    assert [option.fraction for option in found.measurements] == sorted(
-        o.fraction for o in found.measurements
-    )
+    assert [option.fraction for option in found.measurements] == sorted(o.fraction for o in found.measurements)
 
 
 @pytest.mark.parametrize("arguments", [(10, -1), (float("nan"), 0), (10, 0.1, "best")])

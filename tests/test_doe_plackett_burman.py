@@ -114,9 +114,7 @@ def test_a_two_level_design_with_a_missing_run_has_the_published_type_three_sums
     screening = plackett_burman.analyse(code_design(frame))
     rows = {row["source"]: row for row in screening.anova}
     assert rows["model"]["sum_of_squares"] == pytest.approx(91.71428571, abs=1e-8)
-    assert [rows[name]["sum_of_squares"] for name in ("A", "B", "AB")] == pytest.approx(
-        [67.6, 10.0, 0.4], abs=1e-8
-    )
+    assert [rows[name]["sum_of_squares"] for name in ("A", "B", "AB")] == pytest.approx([67.6, 10.0, 0.4], abs=1e-8)
     assert (rows["residual"]["sum_of_squares"], rows["residual"]["df"]) == (pytest.approx(6.0), 3)
     assert not screening.orthogonal
 
@@ -135,9 +133,7 @@ def test_a_failed_run_is_left_out_by_least_squares_and_its_loss_is_stated():
 
 def test_replicated_runs_give_pure_error_and_the_same_effects():
     frame = cast_fatigue()
-    noisy = pd.concat(
-        [frame.assign(log_life=frame.log_life + 0.1), frame.assign(log_life=frame.log_life - 0.1)]
-    )
+    noisy = pd.concat([frame.assign(log_life=frame.log_life + 0.1), frame.assign(log_life=frame.log_life - 0.1)])
     screening = plackett_burman.analyse(code_design(noisy))
     rows = {row["source"]: row for row in screening.anova}
     assert (rows["pure error"]["sum_of_squares"], rows["pure error"]["df"]) == (pytest.approx(12 * 0.02), 12)
@@ -202,9 +198,7 @@ def test_the_detectable_effect_is_found_four_times_in_five():
     x = plackett_burman.coded_matrix(7)
     frame = pd.DataFrame(x, columns=list("ABCDEFG")).assign(y=rng.normal(size=12))
     screening = plackett_burman.analyse(code_design(frame))
-    detectable = screening.detectable_effects["A"] / np.sqrt(
-        screening.model.mean_square_error
-    )  # per unit sigma
+    detectable = screening.detectable_effects["A"] / np.sqrt(screening.model.mean_square_error)  # per unit sigma
     y = 0.5 * detectable * x[:, :1] + rng.normal(size=(12, 20000))
     full = np.column_stack([np.ones(12), x])
     fitted = full @ (full.T @ y) / 12

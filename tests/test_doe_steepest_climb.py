@@ -64,15 +64,11 @@ def test_the_path_stays_inside_the_limits_and_descends_when_asked(model):
 def test_equal_steps_from_the_worst_corner_run_along_the_diagonal(model):
     climb = steepest_climb.path(*model, points=3, equal_steps=True, start="worst")
     assert climb.points.to_numpy().tolist() == [[30, 150], [35, 155], [40, 160]]
-    assert climb.angle_to_gradient_deg == pytest.approx(
-        np.degrees(np.arctan2(1, 1) - np.arctan2(0.325, 0.775))
-    )
+    assert climb.angle_to_gradient_deg == pytest.approx(np.degrees(np.arctan2(1, 1) - np.arctan2(0.325, 0.775)))
 
 
 def test_turning_point_as_published_in_any_row_order():
-    runs = pd.DataFrame(
-        {"time": [35.0 + 5 * k for k in range(13)], "temperature": [155.0 + 2 * k for k in range(13)]}
-    )
+    runs = pd.DataFrame({"time": [35.0 + 5 * k for k in range(13)], "temperature": [155.0 + 2 * k for k in range(13)]})
     runs["yield"] = [40.44, *YIELDS_ON_THE_PATH]
     mixed = pd.concat([runs.iloc[:1], runs.iloc[1:].sample(frac=1, random_state=1)])
     for frame in (runs, mixed):

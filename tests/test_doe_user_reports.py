@@ -38,7 +38,18 @@ def grid_and_prediction(answer):
     """A dense grid of the box and the equation on it, term by term."""
     line = np.linspace(-1, 1, 81)
     b, c, g = (axis.ravel() for axis in np.meshgrid(line, line, line))
-    terms = {"1": 1, "B": b, "C": c, "G": g, "BC": b * c, "BG": b * g, "CG": c * g, "B2": b * b, "C2": c * c, "G2": g * g}
+    terms = {
+        "1": 1,
+        "B": b,
+        "C": c,
+        "G": g,
+        "BC": b * c,
+        "BG": b * g,
+        "CG": c * g,
+        "B2": b * b,
+        "C2": c * c,
+        "G2": g * g,
+    }
     return {"B": b, "C": c, "G": g}, sum(answer["coefficients"][name] * column for name, column in terms.items())
 
 

@@ -175,7 +175,5 @@ def test_more_runs_that_reach_the_power_asked_for():
     found = equivalence(Sample(10, 1.0, 4), Sample(10), 1.0)
     n = found.n_for_power
     assert (
-        validation.tost_power(1.0, 1 / np.sqrt(n), n - 1)
-        >= 0.8
-        > validation.tost_power(1.0, 1 / np.sqrt(n - 1), n - 2)
+        validation.tost_power(1.0, 1 / np.sqrt(n), n - 1) >= 0.8 > validation.tost_power(1.0, 1 / np.sqrt(n - 1), n - 2)
     )

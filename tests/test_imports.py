@@ -7,7 +7,7 @@ import pellet_study
 from tests.make_study import command, folder
 
 ORDER = (
-    "errors catalogue measurements study model evidence calibrate compare diagnose levels refine pages answers figures "
+    "errors catalogue measurements study engine response simulated model evidence calibrate compare diagnose levels refine pages answers figures "
     "challenge commands"
 ).split()
 PACKAGE = Path(pellet_study.__file__).resolve().parent
@@ -42,7 +42,8 @@ def test_closed_forms_do_without_heavy_libraries(tmp_path):
     subprocess.run([sys.executable, "-c", code], check=True)
 
 
-def test_a_rig_that_cannot_be_reached_ends_with_3(tmp_path, capsys):
+def test_without_yade_its_rigs_cannot_be_compared(tmp_path, capsys, monkeypatch):
+    monkeypatch.setenv("PELLET_STUDY_YADE", str(tmp_path / "nowhere"))
     study = folder(tmp_path, ["rig,observable,value,drop_height_mm", "rebound,rebound_height_mm,8,120"])
     status, _ = command("compare", study)
-    assert status == 3 and "rebound" in capsys.readouterr().err
+    assert status == 3 and "nowhere" in capsys.readouterr().err

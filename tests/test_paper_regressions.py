@@ -133,9 +133,7 @@ def test_summary_of_the_surface(surface):
 
 
 def test_the_papers_twelve_runs_and_climb_come_out_of_the_package(screening):
-    assert np.array_equal(
-        plackett_burman.coded_matrix(7, 12), designs.screening_table().coded.to_numpy()[:12]
-    )
+    assert np.array_equal(plackett_burman.coded_matrix(7, 12), designs.screening_table().coded.to_numpy()[:12])
     from pellet_study.paper.results import climb
 
     path, turning = climb()

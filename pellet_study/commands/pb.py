@@ -126,7 +126,9 @@ def writing(path: Path):
     try:
         yield
     except OSError as error:
-        raise InputError(f"cannot write {path}: {error.strerror or error}; give a place that can be written to") from None
+        raise InputError(
+            f"cannot write {path}: {error.strerror or error}; give a place that can be written to"
+        ) from None
 
 
 def write_design(frame, path: Path | None) -> dict:
@@ -198,7 +200,9 @@ def _figures(arguments, screening, climb) -> list[str]:
 
     drawn = {
         "pareto": figures.pareto(screening, arguments.unit),
-        "half_normal": figures.half_normal(screening.effects, screening.lenth, arguments.unit, screening.noise_contrasts),
+        "half_normal": figures.half_normal(
+            screening.effects, screening.lenth, arguments.unit, screening.noise_contrasts
+        ),
     }
     if climb is not None:
         drawn["climb"] = figures.climb_path(climb, arguments.unit, target=arguments.target)

@@ -217,7 +217,9 @@ def fit_surface(table: DesignTable, terms: dict[str, tuple[int, ...]], alpha: fl
         r2_adjusted=None if variance is None else 1 - variance / (total / (len(model.response) - 1)),
         r2_predicted=None if squares is None or variance is None else 1 - squares / total,
         press=None if variance is None else squares,
-        cv_percent=100 * float(np.sqrt(variance)) / mean if variance is not None and not near_zero(mean, model.response) else None,
+        cv_percent=100 * float(np.sqrt(variance)) / mean
+        if variance is not None and not near_zero(mean, model.response)
+        else None,
         adequate_precision=_adequate_precision(model),
         lack_of_fit_p=lack_of_fit_p,
         pure_error_df=pure_df,

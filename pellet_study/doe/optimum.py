@@ -252,9 +252,7 @@ def _ends(surface: Surface, points, i: int, sign: int, target: float, uncertaint
     unit = np.eye(len(surface.table.factors))[i]
     places = np.minimum([0, 1, 2, len(points) // 20], len(points) - 1)
     starts = points[np.argsort(sign * points[:, i])[places]]
-    found = [
-        _minimise(surface, lambda x: sign * x[i], lambda x: sign * unit, x, target, uncertainty) for x in starts
-    ]
+    found = [_minimise(surface, lambda x: sign * x[i], lambda x: sign * unit, x, target, uncertainty) for x in starts]
     return [float(x[i]) for x in found if _on_target(surface, x, target, uncertainty)]
 
 

@@ -292,7 +292,9 @@ def _summary(model: LinearFit, curvature_ss: float, total: float) -> dict[str, f
         "r2": 1 - model.ss_residual / total,
         "r2_adjusted": None if variance is None else 1 - variance / (total / df_total),
         "r2_predicted": None if squares is None or variance is None else 1 - squares / total,
-        "cv_percent": None if variance is None or near_zero(mean, model.response) else 100 * float(np.sqrt(variance)) / mean,
+        "cv_percent": None
+        if variance is None or near_zero(mean, model.response)
+        else 100 * float(np.sqrt(variance)) / mean,
     }
 
 
@@ -429,7 +431,6 @@ def _detectable(model: LinearFit, alpha: float, power: float) -> dict[str, float
 
     df = model.df_residual
     critical = fdtri(1, df, 1 - alpha)
-
 
     def excess(noncentrality: float) -> float:
         return 1 - ncfdtr(1, df, noncentrality, critical) - power

@@ -1,0 +1,143 @@
+"""Many noise draws on stored YADE predictions of the bench demonstration: the surfaces are the truth, noise is drawn.
+
+Readings come from the surface with the hidden effect, moved by a draw of the surface's own uncertainty; the answers
+from `refine`, whose predictions are the same stored surfaces without the effect.
+"""
+
+import zlib
+from collections.abc import Mapping
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from pellet_study.calibrate import fit, problem_of
+from pellet_study.challenge import bench
+from pellet_study.compare import calibrate
+from pellet_study.evidence import Evidence
+from pellet_study.model import Model
+from pellet_study.refine import refine
+from pellet_study.simulated import Simulated
+
+LAMBDAS = (4.0, 6.0, 8.0)
+TRUE = {name: value for name, (value, _, _) in bench.RANGES.items()}
+
+
+class Stored:
+    """The demonstration's model on its stored surfaces."""
+
+    def __init__(self, store: Path, workers: int | None = None, candidates=None):
+        empty = bench.rows([np.array([1.0, 2.0])] * len(bench.conditions()))
+        self.study = bench.study(empty, candidates)
+        self.engine = Simulated(self.study, store, workers)
+        self.engines = dict.fromkeys(bench.OBSERVABLES, self.engine)
+        self.model = Model(self.study, engines=self.engines)
+        self._sizes: dict[tuple, float | None] = {}
+
+    def point(self, parameters: Mapping[str, float], effects: Mapping[str, float]) -> np.ndarray:
+        """Parameters and amounts as a point of the model."""
+        point = self.model.base.copy()
+        for name, value in parameters.items():
+            point[self.model.column[name]] = value
+        for name, amount in effects.items():
+            point[self.model.column[f"{name}.{self.model.study.catalogue.effects[name].amount}"]] = amount
+        return point
+
+    def readings(self, parameters: Mapping[str, float], effects: Mapping[str, float]):
+        """(n,) means of the rows and the variances of these means."""
+        found = self.model.predict(self.point(parameters, effects))
+        return found.mean[0], found.variance[0]
+
+    @cached_property
+    def repeats(self) -> np.ndarray:
+        """(n,) readings a row."""
+        return np.array([bench.REPEATS[case.rig] for case in self.model.cases])
+
+    def strength(self, parameters: Mapping[str, float], effects: Mapping[str, float]) -> float:
+        """Lambda: root of the chi2 the base model, calibrated, leaves on noise-free readings."""
+        mean, variance = self.readings(parameters, effects)
+        sd = np.array([bench.reading_sd(case.rig, y) for case, y in zip(self.model.cases, mean, strict=True)])
+        sd = np.sqrt(sd**2 / self.repeats + variance)
+        evidence = Evidence(np.arange(len(mean)), mean, sd, 1 / sd, 1000, 0.0, 0)
+        start = self.point(parameters, {})
+        return float(np.sqrt(fit(self.model, evidence, problem_of(self.model, 0, start)).chi2))
+
+    def size(self, parameters: Mapping[str, float], effect: str, lam: float, sign: int = 1) -> float | None:
+        """The amount that shows with a strength; None where the physical range does not reach it."""
+        quantity = self.model.study.catalogue.effects[effect].parameters
+        name = next(iter(quantity))
+        low, high = quantity[name].get("physical", (quantity[name]["min"], quantity[name]["max"]))
+        absent, limit = quantity[name]["absent"], high if sign > 0 else low
+        if limit == absent or self.strength(parameters, {effect: limit}) < lam:
+            return None
+        below, over = absent, limit
+        for _ in range(14):
+            middle = 0.5 * (below + over)
+            weak = self.strength(parameters, {effect: middle}) < lam
+            below, over = (middle, over) if weak else (below, middle)
+        return float(over)
+
+
+def sizes(stored: Stored) -> list[tuple[str, float, int, float]]:
+    """(effect, lambda, sign, amount) of every strength that an effect reaches within its physical range."""
+    found = []
+    for name in stored.model.effects:
+        sides = stored.study.catalogue.effects[name].sides
+        for lam in LAMBDAS:
+            for sign in (1, -1) if sides == 2 else (1,):
+                amount = stored.size(TRUE, name, lam, sign)
+                if amount is not None:
+                    found.append((name, lam, sign, amount))
+    return found
+
+
+def noisy(mean: np.ndarray, variance: np.ndarray, rng: np.random.Generator) -> list[np.ndarray]:
+    """Single readings of every row: Gaussian about the mean, that moved by a draw of its uncertainty."""
+    centre = mean + np.sqrt(variance) * rng.standard_normal(len(mean))
+    found = []
+    for (rig, _), value in zip(bench.conditions(), centre, strict=True):
+        found.append(value + bench.reading_sd(rig, value) * rng.standard_normal(bench.REPEATS[rig]))
+    return found
+
+
+def draw(stored: Stored, name: str, lam: float, sign: int, amount: float, number: int) -> dict:
+    """One draw as a row of the trials' table."""
+    rng = np.random.default_rng((zlib.crc32(f"{name}|{lam:g}|{sign}".encode()), number))
+    effects = {name: amount} if name else {}
+    mean, variance = stored.readings(TRUE, effects)
+    study = bench.study(bench.rows(noisy(mean, variance, rng)))
+    state = calibrate(study, Model(study, engines=stored.engines), extra_starts=1)
+    answer = refine(study, state, propose=False)
+    return {
+        "kind": "one" if name else "nothing",
+        "hidden": name,
+        "lambda": f"{lam:g}",
+        "sign": sign,
+        "number": number,
+        **described(answer, TRUE, effects),
+    }
+
+
+def described(answer, truth: Mapping[str, float], effects: Mapping[str, float]) -> dict:
+    """What was answered, as cells of a row: verdicts, effects, cover of the true parameters, fitted over hidden size."""
+    last = answer.steps[-1]
+    inside = [low <= truth[name] <= high for name, (low, high) in last.intervals.items() if name in truth]
+    ratio = ""
+    for name, amount in effects.items():
+        key = f"{name}.{answer.study.catalogue.effects[name].amount}" if name in answer.study.catalogue.effects else ""
+        if name in answer.added and key in last.parameters:
+            absent = answer.study.catalogue.effects[name].neutral()[answer.study.catalogue.effects[name].amount]
+            ratio = f"{(last.parameters[key] - absent) / (amount - absent):.3f}"
+    gate = answer.diagnoses[0].gate_p
+    return {
+        "verdict": answer.verdict,
+        "first": answer.diagnoses[0].verdict,
+        "added": "+".join(answer.added),
+        "tied": "|".join("+".join(names) for names in answer.tied),
+        "gate_p": "" if gate is None else f"{gate:.4f}",
+        "rms_before": f"{answer.steps[0].rms_error:.4f}",
+        "rms_after": f"{last.rms_error:.4f}",
+        "covered": sum(inside),
+        "constants": len(inside),
+        "size_ratio": ratio,
+    }

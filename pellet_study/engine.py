@@ -1,0 +1,42 @@
+"""What a model asks of whatever predicts: requests, and the engine that answers them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from typing import Protocol
+
+import numpy as np
+
+
+@dataclass(frozen=True)
+class Request:
+    """Cases of one rig and observable, at many points.
+
+    Parameters
+    ----------
+    rig, observable : names
+    conditions : {name: (k,) array}
+    parameters : {name: (m, 1) or (m, k) array}
+    effects : {effect: {parameter: (m, 1) array}}, only those that are there at some point
+    """
+
+    rig: str
+    observable: str
+    conditions: Mapping[str, np.ndarray]
+    parameters: Mapping[str, np.ndarray]
+    effects: Mapping[str, Mapping[str, np.ndarray]]
+
+
+class Engine(Protocol):
+    """What answers requests: a closed form, or simulations.
+
+    `step` is the finite-difference step it can resolve, as a share of a parameter's range; `levels` the number of
+    values of a condition at which it can bear to be asked what the next measurement would show. `predict` gets all
+    requests of a batch together and returns for each the means and the variances of these means, (m, k) arrays.
+    `warnings` is what its user must know.
+    """
+
+    step: float
+    levels: int
+    warnings: Sequence[str]
+
+    def predict(self, requests: Sequence[Request]) -> list[tuple[np.ndarray, np.ndarray]]: ...

@@ -1,0 +1,207 @@
+"""Predictions by YADE through response surfaces: against closed forms, stored, with effects and rigs of one's own."""
+
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pellet_study import response, rigs
+from pellet_study.challenge import bench, sealed
+from pellet_study.errors import SimulationError
+from pellet_study.model import Model
+from pellet_study.refine import refine
+from pellet_study.simulated import Simulated
+from pellet_study.study import load
+from tests.make_study import command
+
+FRICTION = "seed_powder_static_friction = { value = 0.6, min = 0.4, max = 0.8 }"
+
+
+def study_in(folder: Path, rows: str, parameters: str = FRICTION, more: str = "") -> Path:
+    folder.mkdir(exist_ok=True)
+    (folder / "study.toml").write_text(f'title = "t"\n{more}\n[parameters]\n{parameters}\n', encoding="utf-8")
+    (folder / "measurements.csv").write_text(rows, encoding="utf-8")
+    return folder
+
+
+SLIPS = "rig,observable,value,sd,n,seed_length_mm,added_mass_mg\n" + "\n".join(
+    f"slope_slip,slip_angle_deg,31,0.5,10,{d},{m}" for d, m in ((2.0, 0), (3.0, 6))
+)
+
+
+def test_a_surface_finds_the_coefficients_it_was_made_from():
+    rng = np.random.default_rng(1)
+    x = response.spread(200, 2, seed=3)
+    true = np.array([1.0, 0.5, -0.3, 0.2, 0.1, -0.15])
+    means = np.exp(response.quadratic(x) @ true) * rng.gamma(100, 1 / 100, 200)
+    surface = response.Surface.fitted(response.quadratic(x), means)
+    assert np.abs(surface.coefficients - true).max() < 4 * np.sqrt(np.diag(surface.covariance)).max()
+    assert surface.scatter == pytest.approx(0.01, rel=0.35)  # relative variance of a gamma of shape 100
+
+
+def test_an_effect_is_nothing_at_zero_and_goes_on_along_its_tangent():
+    x, s = np.zeros((4, 1)), np.zeros((4, 0))
+    terms = response.effect_terms(np.array([0.0, 1.0, 1.0 + 1e-6, 3.0]), s, x)
+    assert (terms[0] == 0).all()
+    slope = (terms[2] - terms[1]) / 1e-6
+    assert terms[3] == pytest.approx(terms[1] + 2 * slope, rel=1e-4)
+    assert slope == pytest.approx([1, 2, 3, 0], rel=1e-4)
+
+
+def test_factors_go_there_and_back():
+    for factor in (response.Factor(0.1, 0.4), response.Factor(-2.0, 3.0), response.Factor(5.0, 6.0)):
+        assert factor.scaled(factor.low) == pytest.approx(-1) and factor.scaled(factor.high) == pytest.approx(1)
+        assert factor.value(factor.scaled(5.3 if factor.low == 5 else 0.3)) == pytest.approx(
+            5.3 if factor.low == 5 else 0.3
+        )
+
+
+def test_slip_angles_follow_the_closed_form_and_are_simulated_once(tmp_path):
+    study = load(study_in(tmp_path / "s", SLIPS))
+    model = Model(study)
+    points = np.repeat(model.base[None], 3, axis=0)
+    points[:, model.column["seed_powder_static_friction"]] = 0.45, 0.6, 0.75
+    found = model.predict(points)
+    assert found.mean == pytest.approx(np.degrees(np.arctan([[0.45], [0.6], [0.75]])) + [[0, 0]], abs=0.35)
+    offset = model.column["reading_offset.offset"]
+    moved = points.copy()
+    moved[:, offset] = 1.5  # acts on the reading alone: exact, and nothing to simulate for it
+    before = model.engines["slope_slip"].simulated
+    assert model.predict(moved).mean == pytest.approx(found.mean + 1.5, abs=1e-12)
+    assert model.engines["slope_slip"].simulated == before > 0
+    again = Model(study)
+    assert (again.predict(points).mean == found.mean).all()
+    assert again.engines["slope_slip"].simulated == 0
+    direct = again.engines["slope_slip"]
+    with_plate = points[1:2].copy()
+    with_plate[:, model.column["plate_tilt.tilt_deg"]] = 1.0  # the scale reads one degree less
+    tilted = again.predict(with_plate).mean - found.mean[1]
+    assert tilted == pytest.approx(-np.ones((1, 2)), abs=0.3)
+    assert direct.simulated > 0
+
+
+def test_a_failing_rig_is_said_and_a_dead_one_ends_the_answer(tmp_path):
+    heavy = "rig,observable,value,sd,n,seed_length_mm,added_mass_mg\nslope_slip,slip_angle_deg,31,0.5,10,1.0,50\n"
+    study = load(study_in(tmp_path / "s", heavy))
+    with pytest.raises(SimulationError, match="times the seed's mass.*leave this row out"):
+        model = Model(study)
+        model.predict(model.base)
+
+
+EFFECT = """
+EFFECT = {
+    "name": "glue",
+    "means": "a film holds the seed",
+    "formula": "mu + a",
+    "parameters": {"extra": {"absent": 0.0, "min": 0.0, "max": 0.4, "physical": (0.0, 0.2), "unit": "1", "meaning": "a"}},
+    "sides": 1,
+    "rigs": {"slope_slip": "steeper angles"},
+    "signature": "all angles alike",
+    "source": "made up for this test",
+}
+
+
+def friction(mu, load, values):
+    return mu + values["extra"]
+
+
+SEED_SCENE = {"friction": friction}
+"""
+
+
+def test_an_effect_of_ones_own_acts_in_yade(tmp_path):
+    folder = study_in(tmp_path / "s", SLIPS)
+    (folder / "effects").mkdir()
+    (folder / "effects" / "glue.py").write_text(EFFECT, encoding="utf-8")
+    model = Model(load(folder))
+    assert "glue" in model.effects
+    stuck = model.base.copy()
+    stuck[model.column["glue.extra"]] = 0.1
+    wanted = np.degrees(np.arctan([0.7, 0.7]))
+    assert model.predict(stuck).mean[0] == pytest.approx(wanted, abs=0.4)
+
+
+RIG = """
+from yade_scripts.case import quantity
+
+EFFECTS = ()
+RIG = {
+    "name": "free_fall",
+    "contact_laws": ("hertz_mindlin",),
+    "parameters": {"gravity_m_s2": quantity(9.81, 1.0, 20.0, "m/s2", "acceleration")},
+    "conditions": {"height_mm": quantity(100.0, 1.0, 1000.0, "mm", "fall")},
+    "effects": {},
+    "numerics": {},
+    "observables": {"time_ms": "duration of the fall"},
+    "random": False,
+    "time_limit_s": 20.0,
+}
+
+
+def simulate(case):
+    from yade import NewtonIntegrator, O, utils
+
+    O.reset()
+    body = O.bodies.append(utils.sphere((0, 0, 0), 1e-3, color=(1, 1, 1)))
+    O.engines = [NewtonIntegrator(damping=0, gravity=(0, 0, -case["parameters"]["gravity_m_s2"]))]
+    O.dt = 1e-5
+    while O.bodies[body].state.pos[2] > -1e-3 * case["conditions"]["height_mm"]:
+        O.step()
+    return {"time_ms": 1e3 * O.time}
+"""
+
+
+def test_a_rig_of_ones_own_is_calibrated(tmp_path, capsys):
+    rows = "rig,observable,value,sd,n,height_mm\n" + "\n".join(
+        f"free_fall,time_ms,{1e3 * np.sqrt(2e-3 * h / 8.0):.3f},0.5,10,{h}" for h in (20, 50, 120)
+    )
+    folder = study_in(tmp_path / "s", rows, "gravity_m_s2 = { value = 9.0, min = 6.0, max = 12.0 }")
+    (folder / "rigs").mkdir()
+    (folder / "rigs" / "free_fall.py").write_text(RIG, encoding="utf-8")
+    status, answer = command("compare", folder, json_file=tmp_path / "answer.json")
+    assert status == 0
+    assert answer["parameters"]["gravity_m_s2"] == pytest.approx(8.0, rel=0.02)
+
+
+def test_a_sealed_trial_from_seal_to_opening(tmp_path):
+    """The bookkeeping of a trial; readings drawn from closed forms stand in for the simulated ones."""
+    truth = dict(zip(bench.TRUTH, (0.35, 0.6, 0.25), strict=True))
+    rng = np.random.default_rng(2)
+    readings = []
+    for rig, _ in bench.conditions():
+        mean = np.degrees(np.arctan(0.6)) if rig == "slope_slip" else 10.0
+        readings.append(mean + bench.reading_sd(rig, mean) * rng.standard_normal(bench.REPEATS[rig]))
+    bench.write(tmp_path / "00", bench.rows(readings))
+    study = load(tmp_path / "00")
+    assert len(study.rows) == 28 and study.rigs == ("rebound", "slope_slip", "inclined_roll")
+    assert [row.conditions for row in study.rows] == [bench.complete(*c) for c in bench.conditions()]
+    assert {name: s.value for name, s in study.parameters.items()} == pytest.approx(truth, abs=0.02)
+    assert sealed.kinds().count("one") == 40 and sealed.kinds().count("nothing") == 15 and len(sealed.kinds()) == 60
+
+
+def test_slip_alone_is_refined_on_yade(tmp_path):
+    """Readings made with load-dependent friction by its closed form; refine finds it on YADE."""
+    n, g, mu0 = 0.1, 9.81, 0.6
+    lines = ["rig,observable,value,sd,n,seed_length_mm,added_mass_mg"]
+    rng = np.random.default_rng(4)
+    from yade_scripts.effects.load_dependent_friction import REFERENCE_LOAD
+    from yade_scripts.particles import seed_mass_properties
+
+    for d, m in ((2.0, 0), (2.0, 3), (2.0, 12), (3.0, 0), (3.0, 10), (3.0, 40)):
+        mass = seed_mass_properties(d, 1.0, 1250.0)[0] + 1e-6 * m
+        angle = np.arctan(mu0)
+        for _ in range(50):
+            angle = np.arctan(mu0 * (mass * g * np.cos(angle) / REFERENCE_LOAD) ** -n)
+        readings = np.degrees(angle) + 0.5 * rng.standard_normal(10)
+        lines.append(f"slope_slip,slip_angle_deg,{readings.mean()},{readings.std(ddof=1)},10,{d},{m}")
+    folder = study_in(tmp_path / "s", "\n".join(lines), more='candidates = ["load_dependent_friction", "adhesion"]')
+    study = load(folder)
+    found = refine(study, propose=False)
+    assert found.added == ("load_dependent_friction",)
+    fitted = found.steps[-1].parameters["load_dependent_friction.load_exponent"]
+    assert fitted == pytest.approx(n, abs=0.03)
+    assert found.steps[-1].rms_error < 0.5 * found.steps[0].rms_error
+    assert isinstance(found.state.model.engines["slope_slip"], Simulated)
+    assert replace(study, effort=2.0).effort == 2.0
+    assert rigs.rig("slope_slip").seeds == 1
