@@ -189,7 +189,7 @@ def test_slip_alone_is_refined_on_yade(tmp_path):
     from yade_scripts.particles import seed_mass_properties
 
     for d, m in ((2.0, 0), (2.0, 3), (2.0, 12), (3.0, 0), (3.0, 10), (3.0, 40)):
-        mass = seed_mass_properties(d, 1.0, 1250.0)[0] + 1e-6 * m
+        mass = seed_mass_properties(d, 1250.0)[0] + 1e-6 * m
         angle = np.arctan(mu0)
         for _ in range(50):
             angle = np.arctan(mu0 * (mass * g * np.cos(angle) / REFERENCE_LOAD) ** -n)

@@ -4,6 +4,8 @@ Readings come from the surface with the hidden effect, moved by a draw of the su
 from `refine`, whose predictions are the same stored surfaces without the effect.
 """
 
+import csv
+import time
 import zlib
 from collections.abc import Mapping
 from functools import cached_property
@@ -141,3 +143,64 @@ def described(answer, truth: Mapping[str, float], effects: Mapping[str, float]) 
         "constants": len(inside),
         "size_ratio": ratio,
     }
+
+
+COLUMNS = (
+    "kind",
+    "hidden",
+    "lambda",
+    "sign",
+    "number",
+    "verdict",
+    "first",
+    "added",
+    "tied",
+    "gate_p",
+    "rms_before",
+    "rms_after",
+    "covered",
+    "constants",
+    "size_ratio",
+)
+
+
+def plan(stored: Stored, scale: float = 1.0) -> list[tuple[str, float, int, float, int]]:
+    """(effect or "", lambda, sign, amount, how many): 500 draws an effect at its largest strength, 200 at others."""
+    reached = sizes(stored)
+    found = [("", 0.0, 1, 0.0, 1000)]
+    for name in dict.fromkeys(name for name, *_ in reached):
+        mine = [entry for entry in reached if entry[0] == name]
+        most = max(lam for _, lam, _, _ in mine)
+        for _, lam, sign, amount in mine:
+            signs = sum(1 for _, other, _, _ in mine if other == lam)
+            found.append((name, lam, sign, amount, (500 if lam == most else 200) // signs))
+    return [(name, lam, sign, amount, max(1, round(scale * n))) for name, lam, sign, amount, n in found]
+
+
+def run(stored: Stored, file: Path, scale: float = 1.0, seconds: float = np.inf, show=None) -> int:
+    """Do the draws that are missing from a table, all kinds growing alike; returns how many were done."""
+    done = {(r["hidden"], float(r["lambda"]), int(r["sign"]), int(r["number"])) for r in read(file)}
+    jobs = [(k / n, *entry, k) for *entry, n in plan(stored, scale) for k in range(n)]
+    jobs = [job[1:] for job in sorted(jobs, key=lambda j: j[0]) if (*job[1:4], job[5]) not in done]
+    until, count, new = time.monotonic() + seconds, 0, not file.exists()
+    with file.open("a", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
+        if new:
+            writer.writeheader()
+        for name, lam, sign, amount, number in jobs:
+            if time.monotonic() > until:
+                break
+            writer.writerow(draw(stored, name, lam, sign, amount, number))
+            stream.flush()
+            count += 1
+            if show is not None:
+                show(count, len(jobs))
+    return count
+
+
+def read(file: Path) -> list[dict]:
+    """Rows of a trial table, those that were cut off left out."""
+    if not file.exists():
+        return []
+    with file.open(newline="", encoding="utf-8") as stream:
+        return [row for row in csv.DictReader(stream) if None not in row and None not in row.values()]

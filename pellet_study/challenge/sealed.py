@@ -6,7 +6,9 @@ A trial is a folder: `sealed.json` (the truth), `study.toml` and `measurements.c
 smaller time step; all take other seeds. Some hide an effect that no candidate describes.
 """
 
+import csv
 import json
+import time
 import zlib
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -168,3 +170,64 @@ def opened(number: int, folder: Path, found) -> dict:
         "amount": " ".join(f"{v:.4g}" for v in truth["effects"].values()),
         **described(found, truth["parameters"], truth["effects"]),
     }
+
+
+COLUMNS = (
+    "kind",
+    "hidden",
+    "lambda",
+    "number",
+    "numerics",
+    "amount",
+    "verdict",
+    "first",
+    "added",
+    "tied",
+    "gate_p",
+    "rms_before",
+    "rms_after",
+    "covered",
+    "constants",
+    "size_ratio",
+)
+TOGETHER = 4  # trials whose seeds are simulated in one batch
+
+
+def shown_effects(stored: Stored) -> list[str]:
+    """Effects that reach the least strength of the trials within their physical range."""
+    middle = {name: sum(limits) / 2 for name, limits in bench.TRUTH.items()}
+    effects = stored.study.catalogue.effects
+    signs = {name: (1,) if effects[name].sides == 1 else (1, -1) for name in stored.model.effects}
+    return [
+        name
+        for name, both in signs.items()
+        if all(stored.size(middle, name, STRENGTHS[0], sign) is not None for sign in both)
+    ]
+
+
+def run(folder: Path, store: Path, count: int, seconds: float = np.inf, workers: int | None = None, show=None) -> Path:
+    """Do the first `count` trials as far as they are not done; the table `sealed.csv` of all that are done."""
+    stored = Stored(store, workers)
+    effects = shown_effects(stored)
+    for number in range(count):
+        if not (folder / f"{number:02d}" / "sealed.json").exists():
+            seal(number, folder, stored, effects)
+    until = time.monotonic() + seconds
+    waiting = [n for n in range(count) if not (folder / f"{n:02d}" / "measurements.csv").exists()]
+    for start in range(0, len(waiting), TOGETHER):
+        if time.monotonic() > until:
+            break
+        measure(waiting[start : start + TOGETHER], folder, store, workers)
+        if show is not None:
+            show(count - len(waiting) + start + TOGETHER, count)
+    rows = []
+    for number in range(count):
+        place = folder / f"{number:02d}"
+        if (place / "measurements.csv").exists():
+            rows.append(opened(number, folder, answer(place, stored)))
+    file = folder / "sealed.csv"
+    with file.open("w", newline="", encoding="utf-8") as stream:
+        writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
+        writer.writeheader()
+        writer.writerows(rows)
+    return file

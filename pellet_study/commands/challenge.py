@@ -1,4 +1,11 @@
-"""pellet-study challenge FOLDER: hidden-effect trials on the closed-form twins, sealed, then opened and counted."""
+"""pellet-study challenge FOLDER: hidden-effect trials, sealed, then opened and counted.
+
+On closed-form twins of the rigs (`--on twins`, fast), on stored YADE predictions of the bench demonstration
+(`--on predictions`: the first call simulates for about an hour on two cores), or on YADE from the seeds' readings on
+(`--on yade`, sealed trials, about a minute each and core). Every call goes on where the last one stopped.
+
+example: pellet-study challenge results/hidden_effect --on yade --minutes 30
+"""
 
 import argparse
 import math
@@ -9,19 +16,20 @@ from pellet_study.challenge import acceptance
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Where to, and how many."""
-    parser.add_argument("study", type=Path, metavar="FOLDER", help="folder for twins.csv and the tables")
+    """Where to, on what, and how many."""
+    parser.description = __doc__.split(": ", 1)[1]
+    parser.add_argument("study", type=Path, metavar="FOLDER", help="folder for the trials and the tables")
+    parser.add_argument("--on", choices=("twins", "predictions", "yade"), default="twins", help="default: twins")
     parser.add_argument(
         "--scale", type=float, default=0.02, help="share of the full campaign (default 0.02; 1 is full)"
     )
     parser.add_argument("--minutes", type=float, default=math.inf, help="stop after so long; the next call goes on")
-    parser.add_argument("--first", type=int, default=0, help="number of the first trial (published ones begin at 0)")
+    parser.add_argument("--first", type=int, default=0, help="twins: number of the first trial (published: 0)")
 
 
 def run(arguments: argparse.Namespace) -> dict:
     """Do what is missing, write the tables, print the figures beside their aims."""
     arguments.study.mkdir(parents=True, exist_ok=True)
-    file = arguments.study / "twins.csv"
     show = None
     if sys.stderr.isatty():
         from tqdm import tqdm
@@ -32,14 +40,52 @@ def run(arguments: argparse.Namespace) -> dict:
             bar.total = total
             bar.update(count - bar.n)
 
+    answer = {"twins": _twins, "predictions": _predictions, "yade": _yade}[arguments.on](arguments, show)
+    for row in answer["figures"]:
+        cells = list(row.values())
+        print(f"{cells[0]:80s}{cells[1]:28s}{cells[2]:>9s}  {cells[3]:18s}{cells[4]:6d}  {cells[5]}")
+    return answer
+
+
+def _command(arguments: argparse.Namespace) -> str:
+    return f"pellet-study challenge results/hidden_effect --on {arguments.on} --scale {arguments.scale:g}"
+
+
+def _twins(arguments: argparse.Namespace, show) -> dict:
+    file = arguments.study / "twins.csv"
     acceptance.run(file, arguments.scale, 60 * arguments.minutes, arguments.first, show)
     rows = acceptance.read(file)
-    command = f"pellet-study challenge results/hidden_effect --scale {arguments.scale:g}"
-    acceptance.write_tables(rows, arguments.study, command)
-    answer = acceptance.as_json(rows)
-    for row in answer["figures"]:
-        print(
-            f"{row['figure']:80s}{row['aim']:28s}{row['measured']:>9s}  "
-            f"{row['interval']:18s}{row['trials']:6d}  {row['met']}"
-        )
-    return answer
+    acceptance.write_tables(rows, arguments.study, _command(arguments))
+    return acceptance.as_json(rows)
+
+
+def _predictions(arguments: argparse.Namespace, show) -> dict:
+    from pellet_study.challenge import bench_tables, predictions
+
+    stored = predictions.Stored(arguments.study / ".store")
+    file = arguments.study / "predictions.csv"
+    predictions.run(stored, file, arguments.scale, 60 * arguments.minutes, show)
+    rows = predictions.read(file)
+    return _answer(rows, bench_tables.write_predictions(rows, arguments.study, _command(arguments)))
+
+
+def _yade(arguments: argparse.Namespace, show) -> dict:
+    from pellet_study.challenge import bench_tables, sealed
+
+    count = max(1, round(arguments.scale * len(sealed.kinds())))
+    file = sealed.run(arguments.study / "sealed", arguments.study / ".store", count, 60 * arguments.minutes, show=show)
+    rows = bench_tables.read(file)
+    return _answer(rows, bench_tables.write_sealed(rows, arguments.study, _command(arguments)))
+
+
+def _answer(rows: list[dict], figures: list[dict]) -> dict:
+    one, nothing = ([r for r in rows if r["kind"] == kind] for kind in ("one", "nothing"))
+    return {
+        "trials": len(rows),
+        "identified": sum(acceptance.right(r) for r in one),
+        "in_answer": sum(acceptance.inside(r) for r in one),
+        "hidden_trials": len(one),
+        "false_alarms": sum(bool(acceptance.named(r)) for r in nothing),
+        "null_trials": len(nothing),
+        "figures": figures,
+    }

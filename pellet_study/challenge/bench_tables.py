@@ -1,0 +1,198 @@
+"""What the trials of the bench demonstration show, beside the aims: predictions.md and sealed.md."""
+
+import csv
+from collections.abc import Callable, Sequence
+from pathlib import Path
+
+import numpy as np
+
+from pellet_study.challenge.acceptance import inside, interval, named, right, unexplained, wrong
+
+
+def _noticed(row: dict) -> bool:
+    return row["first"] != "adequate"
+
+
+def _strength(row: dict) -> float:
+    return float(row["lambda"] or "nan")
+
+
+def figures(rows: Sequence[dict], strong: Callable[[dict], bool]) -> list[dict]:
+    """The acceptance figures of the bench rigs; `strong` says which trials count as lambda 8."""
+    found: list[dict] = []
+
+    def share(label: str, aim: str, chosen, hit, low: float | None = None, high: float | None = None) -> None:
+        chosen = list(chosen)
+        if not chosen:
+            return
+        hits, n = sum(map(hit, chosen)), len(chosen)
+        below, above = interval(hits, n)
+        met = "" if low is None and high is None else "yes"
+        if (low is not None and hits / n < low) or (high is not None and hits / n > high):
+            met = "no" if (low is not None and above < low) or (high is not None and below > high) else "within scatter"
+        found.append(
+            {
+                "figure": label,
+                "aim": aim,
+                "measured": f"{100 * hits / n:.1f} %",
+                "95 % interval": f"{100 * below:.1f} to {100 * above:.1f} %",
+                "trials": n,
+                "met": met,
+            }
+        )
+
+    nothing = [r for r in rows if r["kind"] == "nothing"]
+    one = [r for r in rows if r["kind"] == "one"]
+    eight = [r for r in one if strong(r)]
+    share("nothing hidden: an effect named", "<= 5 %, bound < 8 %", nothing, lambda r: bool(named(r)), high=0.05)
+    share("nothing hidden: any verdict but adequate", "<= 5 %, bound < 8 %", nothing, _noticed, high=0.05)
+    for lam, least in ((4, 0.88), (6, 0.98)):
+        chosen = [r for r in one if abs(_strength(r) - lam) < 0.7]
+        share(f"lambda {lam}: noticed", f">= {100 * least:.0f} %", chosen, _noticed, low=least)
+    share("lambda 8 and more: truth unique or in the tie", ">= 97 %", eight, inside, low=0.97)
+    share("lambda 8 and more: unique and right", ">= 80 %", eight, right, low=0.80)
+    share("lambda 8 and more: unique and wrong", "<= 2 %", eight, wrong, high=0.02)
+    for name in dict.fromkeys(r["hidden"] for r in eight):
+        share(f"  {name}: unique and right", "", [r for r in eight if r["hidden"] == name], right)
+        share(f"  {name}: unique and wrong", "<= 5 %", [r for r in eight if r["hidden"] == name], wrong, high=0.05)
+    outside = [r for r in rows if r["kind"] == "outside"]
+    share("outside the candidates: unexplained", ">= 90 %", outside, unexplained, low=0.90)
+    share("outside the candidates: a wrong name", "<= 2 %", outside, lambda r: bool(named(r)), high=0.02)
+    added = [r for r in eight if right(r) and r["verdict"] != "tied"]
+    if added:
+        covered, constants = sum(int(r["covered"]) for r in added), sum(int(r["constants"]) for r in added)
+        below, above = interval(covered, constants)
+        found.append(
+            {
+                "figure": "95 % intervals of the constants cover, after the addition",
+                "aim": "93 to 97 %",
+                "measured": f"{100 * covered / constants:.1f} %",
+                "95 % interval": f"{100 * below:.1f} to {100 * above:.1f} %",
+                "trials": len(added),
+                "met": "yes" if 0.93 <= covered / constants <= 0.97 else "within scatter" if below <= 0.97 else "no",
+            }
+        )
+        ratios = np.array([float(r["size_ratio"]) for r in added if r["size_ratio"]])
+        drop = np.median([float(r["rms_after"]) / float(r["rms_before"]) for r in added])
+        for label, aim, value, fine in (
+            (
+                "fitted over hidden size, median",
+                "0.9 to 1.1",
+                float(np.median(ratios)),
+                0.9 <= np.median(ratios) <= 1.1,
+            ),
+            ("error after over before the addition, median", "", float(drop), True),
+        ):
+            found.append(
+                {
+                    "figure": label,
+                    "aim": aim,
+                    "measured": f"{value:.3g}",
+                    "95 % interval": "",
+                    "trials": len(added),
+                    "met": "" if not aim else "yes" if fine else "no",
+                }
+            )
+    return found
+
+
+def against(rows: Sequence[dict], keys: Sequence[str]) -> list[dict]:
+    """Hidden against answered, a line for each combination of some columns, percent of its trials."""
+    found = []
+    for group in dict.fromkeys(tuple(r[k] for k in keys) for r in rows):
+        mine = [r for r in rows if tuple(r[k] for k in keys) == group]
+        line = dict(zip(keys, [g or "nothing" for g in group], strict=True)) | {"trials": len(mine)}
+        hides = bool(mine[0]["hidden"]) and mine[0]["kind"] == "one"
+        for label, hit in (
+            ("noticed", _noticed),
+            ("unique and right", lambda r: hides and right(r)),
+            ("in the answer", lambda r: hides and inside(r)),
+            ("unique and wrong", lambda r: bool(named(r)) and wrong(r)),
+            ("unexplained", unexplained),
+        ):
+            line[label] = f"{100 * np.mean([hit(r) for r in mine]):.0f}"
+        found.append(line)
+    return found
+
+
+def _table(rows: Sequence[dict]) -> list[str]:
+    if not rows:
+        return []
+    return [
+        "| " + " | ".join(rows[0]) + " |",
+        "|" + "---|" * len(rows[0]),
+        *("| " + " | ".join(str(v) for v in row.values()) + " |" for row in rows),
+        "",
+    ]
+
+
+def write_predictions(rows: Sequence[dict], folder: Path, command: str) -> list[dict]:
+    """predictions.md; returns the figures."""
+    strongest = {
+        name: max(_strength(r) for r in rows if r["hidden"] == name)
+        for name in {r["hidden"] for r in rows if r["hidden"]}
+    }
+    found = figures(rows, lambda r: _strength(r) >= 7.5)
+    weak = sorted(name for name, lam in strongest.items() if lam < 7.5)
+    lines = [
+        "# Noise draws on stored YADE predictions of the bench demonstration",
+        "",
+        f"{len(rows)} draws, in predictions.csv; made by `{command}`. 28 conditions, three rigs, all bench effects compete.",
+        "Shares with Clopper-Pearson 95 % intervals. Lambda: misfit, in standard errors, that the calibrated base model",
+        "leaves on noise-free readings; the standard errors hold the scatter of the readings and of the predictions.",
+        "",
+        *_table(found),
+        *([f"Within their physical range these do not reach lambda 8 here: {', '.join(weak)}.", ""] if weak else []),
+        "## Hidden against answered, percent",
+        "",
+        *_table(against(rows, ("kind", "hidden", "lambda", "sign"))),
+    ]
+    (folder / "predictions.md").write_text("\n".join(lines), encoding="utf-8")
+    return found
+
+
+def write_sealed(rows: Sequence[dict], folder: Path, command: str) -> list[dict]:
+    """sealed.md; returns the figures."""
+    found = figures(rows, lambda r: _strength(r) >= 7.3)
+    trials = [
+        {
+            "trial": r["number"],
+            "hidden": f"{r['hidden'] or 'nothing'} {r['amount']}".strip(),
+            "lambda": r["lambda"],
+            "numerics": r["numerics"],
+            "verdict": r["verdict"],
+            "added": r["added"],
+            "tied": r["tied"].replace("|", ", "),
+            "error before": r["rms_before"],
+            "after": r["rms_after"],
+        }
+        for r in rows
+    ]
+    lines = [
+        "# Sealed trials on YADE bench rigs",
+        "",
+        f"{len(rows)} trials; `{command}` goes on. Each is a folder in sealed/: the envelope (sealed.json), all that refine",
+        "was given (study.toml, measurements.csv) and its answer (answer.json). Readings are of simulated single seeds that",
+        "the model's predictions do not use; every second trial takes them from other numerics: contacts 0.4 times as stiff",
+        "(0.5 for the roll-out) and a smaller time step.",
+        "`within scatter`: the interval holds the aim, the share does not meet it.",
+        "",
+        *_table(found),
+        "## Other numerics than the model's, and the same",
+        "",
+        *_table(against(rows, ("kind", "numerics"))),
+        "## By effect",
+        "",
+        *_table(against(rows, ("kind", "hidden"))),
+        "## Trial by trial",
+        "",
+        *_table(trials),
+    ]
+    (folder / "sealed.md").write_text("\n".join(lines), encoding="utf-8")
+    return found
+
+
+def read(file: Path) -> list[dict]:
+    """Rows of a trials' table."""
+    with file.open(newline="", encoding="utf-8") as stream:
+        return list(csv.DictReader(stream))
