@@ -5,13 +5,14 @@ import math
 from dataclasses import asdict
 from pathlib import Path
 
-from pellet_study.compare import Comparison
+from pellet_study.compare import Calibrated, Comparison, surface_error
 from pellet_study.diagnose import Diagnosis, NextMeasurement
 from pellet_study.errors import InputError
 from pellet_study.pages import drift_words
 from pellet_study.refine import Refinement
 
 HISTORY = "history.json"
+SURFACE_FAILS = 0.005
 
 
 def comparison(found: Comparison) -> dict:
@@ -48,6 +49,18 @@ def comparison(found: Comparison) -> dict:
         ],
         "warnings": list(found.warnings),
     }
+
+
+def check_surface(answer: dict, state: Calibrated) -> list[str]:
+    """Put `surface_check` {p, worst} into an answer (null where nothing is interpolated); returns warnings."""
+    found = surface_error(state)
+    answer["surface_check"] = None if found is None else {"p": found[0], "worst": found[1]}
+    if found is None or found[0] >= SURFACE_FAILS:
+        return []
+    return [
+        f"simulations at the calibrated point differ from the interpolated predictions (p = {found[0]:.2g}; worst: "
+        f"{found[1]}); narrow min and max of the free parameters in study.toml, or raise effort"
+    ]
 
 
 def noise_floor(found: Comparison) -> float | None:

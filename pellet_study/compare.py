@@ -117,6 +117,26 @@ def calibrate(
     return Calibrated(study, model, noisy, first if noisy is evidence else fit(model, noisy, problem))
 
 
+def surface_error(state: Calibrated) -> tuple[float, str] | None:
+    """How well the model's surfaces hold at the calibrated point: p of direct simulations there, and the worst row.
+
+    None where predictions are not interpolated between simulations.
+    """
+    model, point = state.model, state.fit.point
+    surface = model.predict(point)
+    if not surface.variance.any():
+        return None
+    direct = model.directly(point)
+    known = np.flatnonzero((surface.variance[0] > 0) & np.isfinite(direct.mean[0]))
+    z = (direct.mean - surface.mean)[0, known] / np.sqrt((direct.variance + surface.variance)[0, known])
+    worst = known[np.argmax(np.abs(z))]
+    case = model.cases[worst]
+    where = ", ".join(f"{name} {value:g}" for name, value in case.conditions.items())
+    return float(stats.chi2.sf((z**2).sum(), len(z))), (
+        f"{case.rig} ({where}): simulated {direct.mean[0, worst]:.4g}, surface {surface.mean[0, worst]:.4g}"
+    )
+
+
 def with_simulator_noise(evidence: Evidence, model: Model, point: np.ndarray) -> Evidence:
     """Evidence whose variances hold the variance of the model's own means at a point, where it has any."""
     spread = model.predict(point).variance[0, evidence.case]

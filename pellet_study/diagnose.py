@@ -51,6 +51,7 @@ PAIRS_REFITTED = 14
 STEP = 3.0  # standard errors, the size at which signatures are taken
 PLAUSIBLE = 4.0  # chi2 by which a fit beyond the physical range must be better to be called implausible
 LEVELS = 9  # per condition, of the measurements that could come next
+FEW_LEVELS = 3
 SEPARATES = 4.0
 
 
@@ -595,11 +596,17 @@ def _unjudged(state: Calibrated, name: str, found: Sequence[Signature]) -> Suspe
     return Suspect(name, None, None, None, 0.0, neutral, None, share, None, None, False, note, {})
 
 
-def possible_cases(study: Study, count: int = LEVELS) -> list[Case]:
-    """What could be measured next: a grid over each rig's ranges, two conditions at a time, the others as measured."""
+def possible_cases(study: Study, count: int = LEVELS, effects: Iterable[str] | None = None) -> list[Case]:
+    """What could be measured next: a grid over each rig's ranges, two conditions at a time, the others as measured.
+
+    Of the rigs in which one of some effects acts (default: all). With few levels one condition at a time, as their
+    predictions are dear.
+    """
     rigs = dict.fromkeys([*study.rigs, *(study.possible or {})])
     cases = []
     for name in rigs:
+        if effects is not None and not set(effects) & set(study.catalogue.acting(name)):
+            continue
         rig = study.catalogue.rigs[name]
         rows = [row for row in study.rows if row.rig == name]
         given = (study.possible or {}).get(name)
@@ -619,12 +626,21 @@ def possible_cases(study: Study, count: int = LEVELS) -> list[Case]:
                 low, high = quantity["min"], quantity["max"]
             levels[condition] = np.geomspace(low, high, count) if low > 0 else np.linspace(low, high, count)
         observables = {row.observable for row in rows} or set(rig.observables)
-        grid = product(*levels.values()) if len(levels) <= 3 else _pairs_of(levels, usual)
+        if count <= FEW_LEVELS:
+            grid = _singles_of(levels, usual)
+        else:
+            grid = product(*levels.values()) if len(levels) <= 3 else _pairs_of(levels, usual)
         for values in grid:
             conditions = {**usual, **dict(zip(levels, map(float, values), strict=True))}
             known = dict(rows[0].parameters) if rows else {}
             cases += [Case(name, observable, conditions, known) for observable in sorted(observables)]
     return list({(c.rig, c.observable, tuple(c.conditions.values())): c for c in cases}.values())
+
+
+def _singles_of(levels: dict, usual: dict):
+    for c in levels:
+        for x in levels[c]:
+            yield tuple(x if other == c else usual[other] for other in levels)
 
 
 def _pairs_of(levels: dict, usual: dict):
@@ -665,7 +681,7 @@ def next_measurement(state: Calibrated, rivals: Sequence[Rival]) -> NextMeasurem
     """The condition that separates rival explanations best; None where none does."""
     if len(rivals) < 2:
         return None
-    cases = possible_cases(state.study, state.model.levels)
+    cases = possible_cases(state.study, state.model.levels, {e for r in rivals for e in r.effects})
     if not cases:
         return None
     model = Model(state.study, cases, state.model.engines)

@@ -31,7 +31,8 @@ class Engine(Protocol):
 
     `step` is the finite-difference step it can resolve, as a share of a parameter's range; `levels` the number of
     values of a condition at which it can bear to be asked what the next measurement would show. `predict` gets all
-    requests of a batch together and returns for each the means and the variances of these means, (m, k) arrays.
+    requests of a batch together and returns for each the means and the variances of these means, (m, k) arrays;
+    `directly` does so for one point without interpolating between simulations.
     `warnings` is what its user must know.
     """
 
@@ -40,3 +41,5 @@ class Engine(Protocol):
     warnings: Sequence[str]
 
     def predict(self, requests: Sequence[Request]) -> list[tuple[np.ndarray, np.ndarray]]: ...
+
+    def directly(self, requests: Sequence[Request]) -> list[tuple[np.ndarray, np.ndarray]]: ...

@@ -5,7 +5,7 @@ A point is a row of a matrix; `Model.names` says what its columns are: the param
 into means and variances; the closed-form engine is here, one on YADE has the same two members.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -40,6 +40,8 @@ class ClosedForm:
             mean = rig.predict(request.parameters, request.conditions, effects)[request.observable]
             answers.append((mean, np.zeros(1)))
         return answers
+
+    directly = predict
 
 
 def engines_of(study: Study, rigs: Iterable[str]) -> dict[str, Engine]:
@@ -154,7 +156,13 @@ class Model:
 
     def predict(self, points: np.ndarray) -> Prediction:
         """Predictions at (m, columns) points for all cases, each engine asked once."""
-        points = np.atleast_2d(points)
+        return self._asked(np.atleast_2d(points), lambda engine, requests: engine.predict(requests))
+
+    def directly(self, point: np.ndarray) -> Prediction:
+        """Predictions at one point, not by way of an engine's surfaces where it has any."""
+        return self._asked(np.atleast_2d(point), lambda engine, requests: engine.directly(requests))
+
+    def _asked(self, points: np.ndarray, ask: Callable) -> Prediction:
         present = {
             e: {p: points[:, self.column[f"{e}.{p}"], None] for p in self.study.catalogue.effects[e].parameters}
             for e in self.effects
@@ -172,7 +180,7 @@ class Model:
             places.append(indices)
         mean, variance = np.empty((len(points), len(self.cases))), np.zeros((len(points), len(self.cases)))
         for engine, requests, places in asked.values():
-            for (value, spread), indices in zip(engine.predict(requests), places, strict=True):
+            for (value, spread), indices in zip(ask(engine, requests), places, strict=True):
                 mean[:, indices] = value
                 variance[:, indices] = spread
         return Prediction(mean, variance)

@@ -22,6 +22,7 @@ from pellet_study.study import Study
 
 BASE = 2.4  # points a term of the base surface
 EFFECT = {1: 5, 2: 8}  # points of an effect's surface, by the sides it may take
+CHECK, BLOCKS = 500_000, 2  # first block of seeds, and number of blocks, of a direct simulation
 MOST_LOST = 0.5  # share of a case's simulations that may fail
 COLUMNS = ("key", "observable", "mean", "sd", "n", "lost", "reason")
 
@@ -89,28 +90,23 @@ class Simulated:
         self._prepare(requests, sites)
         return [self._evaluate(request, mine) for request, mine in zip(requests, sites, strict=True)]
 
-    def at(self, requests: Sequence[Request], first_seed: int, blocks: int) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Means and variances at the first point of each request from simulations there, past any surface."""
+    def directly(self, requests: Sequence[Request]) -> list[tuple[np.ndarray, np.ndarray]]:
+        """Means at one point from simulations there, with seeds of their own; variances from the surfaces' scatter."""
         self._use_files()
-        plans = []
+        plans, readings = [], []
         for request in requests:
             effects = {e: {p: float(v[0, 0]) for p, v in values.items()} for e, values in request.effects.items()}
             for site in self._sites(request):
-                values = {k: float(v[0, 0]) for k, v in request.parameters.items() if np.ndim(v) == 2}
-                values = {k: v for k, v in values.items() if k in self._factors(site)}
+                values = {k: float(request.parameters[k][0, 0]) for k in self._factors(site)}
                 seeds = self._seeds(site.rig)
-                plans.append([(site, values, effects, first_seed + b * seeds, seeds) for b in range(blocks)])
-        found = self._run([plan for block in plans for plan in block])
-        answers, place = [], 0
+                plans += [(site, values, effects, (CHECK + b) * seeds, seeds) for b in range(BLOCKS)]
+        found = iter(self._run(plans))
         for request in requests:
-            means, variances = [], []
-            for _ in range(len(next(iter(request.conditions.values())))):
-                block = np.array([found[place + b][0] for b in range(blocks)])
-                means.append(np.nanmean(block))
-                variances.append(np.nanvar(block, ddof=1) / np.isfinite(block).sum())
-                place += blocks
-            answers.append((np.array([means]), np.array([variances])))
-        return answers
+            means = [[next(found)[0] for _ in range(BLOCKS)] for _ in self._sites(request)]
+            scatter = np.array([self._base[site].scatter for site in self._sites(request)])  # predict comes first
+            mean = np.array([np.nanmean(block) if np.isfinite(block).any() else np.nan for block in means])[None]
+            readings.append((mean, scatter * mean**2 / BLOCKS))
+        return readings
 
     def _use_files(self) -> None:
         """The study's own rigs and effects, until another study's engine asks for its own."""
@@ -326,10 +322,10 @@ class Simulated:
 
     def _evaluate(self, request: Request, sites: Sequence[Site]) -> tuple[np.ndarray, np.ndarray]:
         factors = self._factors(sites[0])
-        columns = [np.atleast_2d(request.parameters[n])[:, 0] for n in factors]
-        m = max([len(c) for c in columns] + [len(v[next(iter(v))]) for v in request.effects.values()] + [1])
-        x = np.array([f.scaled(c) for f, c in zip(factors.values(), columns, strict=True)]).reshape(len(factors), -1).T
-        x = np.broadcast_to(x, (m, len(factors))) if len(factors) else np.empty((m, 0))
+        columns = [factor.scaled(request.parameters[name][:, 0]) for name, factor in factors.items()]
+        given = [*request.parameters.values(), *(v for values in request.effects.values() for v in values.values())]
+        m = max([len(v) for v in given if np.ndim(v) == 2], default=1)
+        x = np.stack([np.broadcast_to(c, (m,)) for c in columns], axis=1) if columns else np.empty((m, 0))
         terms = quadratic(x)
         surfaces = [self._base[s] for s in sites]
         log_mean = terms @ np.array([s.coefficients for s in surfaces]).T

@@ -105,12 +105,13 @@ def against(rows: Sequence[dict], keys: Sequence[str]) -> list[dict]:
         hides = bool(mine[0]["hidden"]) and mine[0]["kind"] == "one"
         for label, hit in (
             ("noticed", _noticed),
-            ("unique and right", lambda r: hides and right(r)),
-            ("in the answer", lambda r: hides and inside(r)),
+            ("unique and right", right),
+            ("in the answer", inside),
             ("unique and wrong", lambda r: bool(named(r)) and wrong(r)),
             ("unexplained", unexplained),
         ):
-            line[label] = f"{100 * np.mean([hit(r) for r in mine]):.0f}"
+            hits = 0.0 if hit in (right, inside) and not hides else np.mean([hit(r) for r in mine])
+            line[label] = f"{100 * hits:.0f}"
         found.append(line)
     return found
 

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from pellet_study import answers, pages
-from pellet_study.compare import compare
+from pellet_study.compare import calibrate, compare
 from pellet_study.study import load
 from pellet_study.terminal import done, say, warn, working
 
@@ -27,11 +27,13 @@ def run(arguments: argparse.Namespace) -> dict:
     """Compare, print the page, leave it and the answer in the study."""
     study = load(arguments.study)
     with working("comparing the model with the measurements"):
-        found = compare(study, level_out=True)
+        state = calibrate(study)
+        found = compare(study, state, level_out=True)
+        answer = answers.comparison(found)
+        interpolation = answers.check_surface(answer, state)
     page = pages.comparison_page(study, found)
-    answer = answers.comparison(found)
     say(page)
-    warn(found.warnings)
+    warn([*found.warnings, *interpolation])
     answers.leave(arguments.study, "compare", page, answer)
     if arguments.figures:
         from pellet_study import figures, look

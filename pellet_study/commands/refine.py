@@ -28,15 +28,16 @@ def run(arguments: argparse.Namespace) -> dict:
     study = load(arguments.study)
     with working("comparing, diagnosing, adding"):
         found = refine(study)
+        answer = answers.refinement(found)
+        interpolation = answers.check_surface(answer, found.state)
     file = arguments.study / "study.toml"
     for name in found.added:
         write_effect(file, name, found.study.effects[name])
-    answer = answers.refinement(found)
     answer["diagnoses"][0]["by_level"] = by_level(found.first, found.diagnoses[0])
     answers.record(arguments.study, answer["steps"])
     page = pages.refinement_page(study, found, answer["steps"])
     say(page)
-    warn(answer["warnings"])
+    warn([*answer["warnings"], *interpolation])
     answers.leave(arguments.study, "refine", page, answer)
     answers.leave(arguments.study, "compare", pages.comparison_page(found.study, found.steps[-1]), answer["steps"][-1])
     done(arguments.study / "refine.txt", f"report {arguments.study}")
