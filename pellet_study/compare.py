@@ -12,7 +12,7 @@ from dataclasses import dataclass, replace
 from functools import lru_cache
 
 import numpy as np
-from scipy import stats
+from scipy import special
 
 from pellet_study import evidence as readings
 from pellet_study.calibrate import Fit, fit, problem_of
@@ -167,12 +167,12 @@ def lack_of_fit(fitted: Fit, evidence: Evidence, mine: np.ndarray | None = None)
     known = evidence.group_dof if evidence.group else (evidence.dof,)
     nu = np.array([known[g] for g in np.unique(group[mine])], dtype=float)
     if len(nu) == 1 or (nu <= 5).any():
-        return float(stats.f.sf(chi2 / dof, dof, nu.sum()))
+        return float(special.fdtrc(dof, nu.sum(), chi2 / dof))
     mean = d * nu / (nu - 2)
     variance = 2 * mean**2 * (d + nu - 2) / (np.maximum(d, 1e-9) * (nu - 4))
     relative = dof * variance.sum() / mean.sum() ** 2
     matched = (4 * relative + 2 * dof - 4) / (relative - 2) if relative > 2 else 1e9
-    return float(stats.f.sf(chi2 / mean.sum() * matched / (matched - 2), dof, matched))
+    return float(special.fdtrc(dof, matched, chi2 / mean.sum() * matched / (matched - 2)))
 
 
 def absorbed(jacobian: np.ndarray) -> np.ndarray:
@@ -191,8 +191,8 @@ def visible(directions: np.ndarray, basis: np.ndarray) -> np.ndarray:
 
 
 @lru_cache(maxsize=8)
-def _noise(group: tuple[int, ...], group_dof: tuple[int, ...]) -> np.ndarray:
-    """Whitened readings that hide nothing, (DRAWS, n): Gaussian over a scale as uncertain as each group's.
+def _noise(group: tuple[int, ...], group_dof: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
+    """Whitened readings that hide nothing, (DRAWS, n), and their chi2: Gaussian over a scale as uncertain as each group's.
 
     The same draws for every test, so that an answer does not depend on what ran before.
     """
@@ -202,7 +202,7 @@ def _noise(group: tuple[int, ...], group_dof: tuple[int, ...]) -> np.ndarray:
         if dof > 0:
             mine = np.array(group) == number
             noise[:, mine] /= np.sqrt(rng.chisquare(dof, (DRAWS, 1)) / dof)
-    return noise
+    return noise, (noise**2).sum(axis=1)
 
 
 def largest_null(unit: np.ndarray, basis: np.ndarray, evidence: Evidence, two_sided: bool) -> np.ndarray:
@@ -214,13 +214,13 @@ def largest_null(unit: np.ndarray, basis: np.ndarray, evidence: Evidence, two_si
     basis : (n, rank), what it absorbs
     """
     group = evidence.group or (0,) * len(evidence.case)
-    noise = _noise(group, evidence.group_dof or (int(evidence.dof),))
+    noise, whole = _noise(group, evidence.group_dof or (int(evidence.dof),))
     z = noise @ unit.T
     largest = (np.abs(z) if two_sided else z).max(axis=1)
     dof = len(group) - basis.shape[1]
     if dof > 1:
-        whole = (noise**2).sum(axis=1) - ((noise @ basis) ** 2).sum(axis=1)
-        ratio = np.sqrt(np.maximum(whole - np.maximum(largest, 0) ** 2, 0) / (dof - 1))
+        left = whole - ((noise @ basis) ** 2).sum(axis=1)
+        ratio = np.sqrt(np.maximum(left - np.maximum(largest, 0) ** 2, 0) / (dof - 1))
         largest = largest / (np.maximum(ratio, 1.0) if evidence.scale_known else np.maximum(ratio, 1e-12))
     return np.sort(largest)
 
@@ -245,16 +245,22 @@ def scale_of(chi2: float, largest: float, dof: int, evidence: Evidence) -> tuple
     return max(float(ratio), 1e-12), float(dof - 1)
 
 
-def drifts(state: Calibrated, rigs: frozenset[str] | None = None) -> tuple[Drift, ...]:
-    """Constancy of every calibrated constant over every condition (of some rigs), the worst first."""
+def drifts(state: Calibrated, rigs: frozenset[str] | None = None, effects: Sequence[str] = ()) -> tuple[Drift, ...]:
+    """Constancy of every calibrated constant over every condition (of some rigs), the worst first.
+
+    With `effects`, only of their constants, rising or falling, and p is over these directions alone.
+    """
     names = [state.model.names[c] for c in state.fit.problem.free]
     labels, directions = drift_directions(state.model, state.evidence, state.fit, names)
-    if rigs is not None and labels:
-        inside = [k for k, label in enumerate(labels) if label[1] in rigs]
-        labels, directions = [labels[k] for k in inside], directions[inside]
+    inside = [
+        k
+        for k, (name, rig, _, shape) in enumerate(labels)
+        if (rigs is None or rig in rigs) and (not effects or (name.split(".")[0] in effects and shape != "bends"))
+    ]
+    labels = [labels[k] for k in inside]
     if not labels:
         return ()
-    basis = absorbed(state.fit.jacobian)
+    directions, basis = directions[inside], absorbed(state.fit.jacobian)
     seen = visible(directions, basis)
     size = np.linalg.norm(seen, axis=1)
     keep = size > VISIBLE * np.maximum(np.linalg.norm(directions, axis=1), 1e-300)
@@ -389,13 +395,13 @@ def intervals_of(state: Calibrated) -> tuple[dict[str, tuple[float, float]], tup
         return {}, ()
     dof = len(evidence.case) - len(names)
     if evidence.scale_known:
-        t = stats.t.ppf(0.975, evidence.dof)
+        t = special.stdtrit(evidence.dof, 0.975)
         ratio = np.sqrt(fitted.chi2 / dof) if dof > 0 else 1.0
         p = lack_of_fit(fitted, evidence)
         if p is not None and p < 0.05 and ratio > 1:
-            t = stats.t.ppf(0.975, dof) * ratio
+            t = special.stdtrit(dof, 0.975) * ratio
     elif dof > 0:
-        t = stats.t.ppf(0.975, dof) * np.sqrt(fitted.chi2 / dof)
+        t = special.stdtrit(dof, 0.975) * np.sqrt(fitted.chi2 / dof)
     else:
         t = np.inf
     span = fitted.problem.high - fitted.problem.low

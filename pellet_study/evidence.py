@@ -16,6 +16,7 @@ from pellet_study.model import Model, key
 
 WELL_KNOWN = 1000  # degrees of freedom given to a standard deviation that is stated without its readings
 SPAN_FOR_PROPORTION = 2.0  # readings must span this factor before noise is allowed to grow with them
+AGREE = 1e-3
 
 
 @dataclass(frozen=True)
@@ -204,4 +205,4 @@ def _steadied(mean: np.ndarray, sd: np.ndarray, dof: np.ndarray) -> np.ndarray:
     bartlett = float((-dof * np.log(ratio**2)).sum())
     spread = len(sd) - 1
     correction = 1 + ((1 / dof).sum() - 1 / dof.sum()) / (3 * spread)
-    return smooth if stats.chi2.sf(bartlett / correction, spread) > 0.01 else sd
+    return smooth if stats.chi2.sf(bartlett / correction, spread) > AGREE else sd

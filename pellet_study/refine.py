@@ -41,11 +41,13 @@ def refine(
     state: Calibrated | None = None,
     most: int = MOST_EFFECTS,
     propose: bool = True,
+    rank: bool = True,
     engines: Mapping[str, Engine] | None = None,
 ) -> Refinement:
     """Add the effects the measurements show to be missing.
 
-    `propose` says whether the next measurement is to be looked for.
+    `propose` says whether the next measurement is to be looked for, `rank` whether the candidates are to be ranked
+    where nothing is missing.
 
     Raises
     ------
@@ -55,7 +57,7 @@ def refine(
     comparison = compare(study, state, level_out=propose)
     steps, diagnoses, added = [comparison], [], []
     while True:
-        found = diagnose(study, state, gate=GATE if not added else GATE_AGAIN, comparison=comparison, propose=propose)
+        found = diagnose(study, state, GATE if not added else GATE_AGAIN, comparison, propose, rank)
         diagnoses.append(found)
         if found.verdict != "missing" or len(added) + len(found.missing) > most:
             break
@@ -76,7 +78,7 @@ def refine(
             comparison = compare(study, state, level_out=propose)
             steps.append(comparison)
         if len(added) >= most:
-            diagnoses.append(diagnose(study, state, GATE_AGAIN, comparison, propose))
+            diagnoses.append(diagnose(study, state, GATE_AGAIN, comparison, propose, rank))
             break
     for name in added:
         values = {

@@ -7,7 +7,7 @@ import pytest
 
 from pellet_study import catalogue
 from pellet_study.closed_form import layer_on_incline
-from pellet_study.compare import compare
+from pellet_study.compare import calibrate, compare
 from pellet_study.evidence import pooled_sd
 from pellet_study.study import load
 from tests.make_study import STRESSES_PA, command, folder, incline, slip_angle_deg
@@ -164,3 +164,14 @@ def test_pooled_sd_finds_proportional_noise():
     readings = means[:, None] * (1 + 0.05 * rng.standard_normal((40, 5)))
     sd = pooled_sd(means, readings.std(axis=1, ddof=1), np.full(40, 4.0))
     assert sd[means > 4] == pytest.approx(0.05 * means[means > 4], rel=0.15)
+
+
+def test_scatter_of_few_readings_is_pooled_unless_it_truly_differs(tmp_path):
+    lines = ["rig,observable,value,normal_stress_pa,sd,n"]
+    for k, stress in enumerate((1000.0, 1100.0, 1200.0, 1300.0, 1400.0, 1500.0)):
+        lines.append(f"shear_cell,shear_stress_pa,{0.5 * stress},{stress},{(8, 14)[k % 2]},5")
+    pooled = calibrate(load(folder(tmp_path, lines))).evidence
+    assert pooled.sd == pytest.approx(np.sqrt((8**2 + 14**2) / 2 / 5), rel=1e-6)
+    lines = [line.replace(",14,5", ",80,5") for line in lines]
+    apart = calibrate(load(folder(tmp_path, lines))).evidence
+    assert apart.sd == pytest.approx(np.array([8, 80, 8, 80, 8, 80]) / np.sqrt(5), rel=1e-6)

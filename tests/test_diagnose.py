@@ -1,9 +1,15 @@
 """diagnose: what was put in is what is named; what the data cannot show is not claimed."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
-from pellet_study.diagnose import diagnose
+from pellet_study.calibrate import fit_many
+from pellet_study.challenge import trials, twins
+from pellet_study.compare import calibrate, drifts
+from pellet_study.diagnose import VARIES, columns_of, diagnose, judge, rival_problem
+from pellet_study.measurements import Measurement
 from pellet_study.study import load
 from tests.make_study import STRESSES_PA, command, folder, incline, slip_angle_deg
 
@@ -77,3 +83,23 @@ def test_holding_out_the_only_telling_level_weakens_the_answer(tmp_path):
     assert found.verdict == "adequate"
     cohesion = next(s for s in found.ranking if s.effect == "cohesion")
     assert cohesion.smallest_visible is None or cohesion.smallest_visible > 15.0
+
+
+@pytest.mark.parametrize("hidden, explains", [("reading_offset", True), ("wet_film", False)])
+def test_a_look_alike_must_be_one_number(hidden, explains):
+    """Without noise: an offset is the same for both seeds; what a film takes is more for the small one."""
+    truth = trials.hidden((hidden,), 8.0)
+    sds = trials.true_sd(truth.readings)
+    rows = [
+        Measurement(rig, observable, float(y), float(sd), 5, given, {}, "", 0.0, "fit", "", 0)
+        for (rig, observable, given), y, sd in zip(twins.conditions(), truth.readings, sds, strict=True)
+    ]
+    state = calibrate(twins.study(rows))
+    column = columns_of(state.model, "reading_offset")[0]
+    fitted = fit_many(state.model, state.evidence, [rival_problem(state, ["reading_offset"], [{column: 0.1}])])[0]
+    found = drifts(replace(state, fit=fitted), effects=["reading_offset"])
+    assert {d.parameter for d in found} == {"reading_offset.offset_mm"}
+    assert {d.shape for d in found} == {"rises"}
+    assert judge(state, [fitted])[0].explains == explains
+    if not explains:
+        assert found[0].condition == "seed_length_mm" and found[0].p < VARIES

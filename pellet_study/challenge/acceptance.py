@@ -64,11 +64,12 @@ def plan(scale: float = 1.0) -> list[tuple[str, str, float, int]]:
     found += [("one, sd stated", name, 4.0, 200) for name in SINGLE]
     found += [("outside, sd stated", "wet_film", 8.0, 500)]
     found += [("outside", name, 8.0, 500) for name in OUTSIDE]
-    found += [("next", name, 6.0, 200) for name in CONFUSED]
+    found += [("outside", "wet_film", 12.0, 500)]
+    found += [("next", name, 6.0, 500) for name in CONFUSED]
     found += [("next at random", name, 6.0, 100) for name in CONFUSED]
     found += [("pair", name, 6.0, 120) for name in PAIRS]
     found += [("masked pair", name, 6.0, 120) for name in MASKED]
-    found += [("held out", name, 8.0, 100) for name in [*SINGLE, ""]]
+    found += [("held out", name, 8.0, 100) for name in SINGLE] + [("held out", "", 8.0, 500)]
     return [(kind, hidden, lam, max(1, round(scale * n))) for kind, hidden, lam, n in found]
 
 
@@ -349,7 +350,14 @@ def figures(rows: list[dict]) -> list[dict]:
         lambda p, lo, hi: p <= 0.25,
     )
     share(
-        "  the same, sd by a known rule",
+        "look-alike outside (wet_film), lambda 12: a wrong name",
+        "<= 5 %",
+        of("outside", 12.0, "wet_film"),
+        lambda r: bool(named(r)),
+        lambda p, lo, hi: p <= 0.05,
+    )
+    share(
+        "look-alike outside (wet_film), lambda 8, sd by a known rule: a wrong name",
         "<= 25 %",
         of("outside, sd stated", 8.0, "wet_film"),
         lambda r: bool(named(r)),

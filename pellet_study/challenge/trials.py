@@ -157,7 +157,7 @@ def trial(
     """One sealed trial."""
     rows = noisy_rows(truth.readings, np.random.default_rng(seed), tau, held_out, stated)
     study = twins.study(rows)
-    answer = refine(study, calibrate(study, extra_starts=1), propose=False)
+    answer = refine(study, calibrate(study, extra_starts=1), propose=False, rank=False)
     found = outcome(answer, truth)
     if answer.tied and held_out:  # a tie adds nothing: what would the best of it do?
         best = answer.study
@@ -186,7 +186,7 @@ def trial_next(truth: Truth, seed, at_random: bool = False) -> tuple[Outcome, Ou
     study = twins.study(rows)
     state = calibrate(study)
     first = diagnose(study, state)
-    before = outcome(refine(study, state, propose=False), truth)
+    before = outcome(refine(study, state, propose=False, rank=False), truth)
     proposal = first.next_measurement
     if proposal is None:
         return before, before, ""
@@ -205,4 +205,4 @@ def trial_next(truth: Truth, seed, at_random: bool = False) -> tuple[Outcome, Ou
     value = model.predict(point).mean[0, -1]
     readings = value + twins.reading_sd(rig, value) * rng.standard_normal(twins.REPEATS)
     more = [*rows, measurement(rig, observable, given, readings, line=len(rows) + 2)]
-    return before, outcome(refine(twins.study(more), propose=False), truth), rig
+    return before, outcome(refine(twins.study(more), propose=False, rank=False), truth), rig

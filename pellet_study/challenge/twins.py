@@ -87,9 +87,11 @@ def inclined_roll(parameters, conditions, effects):
     pull = _pull(effects) * d / (1e-3 * REFERENCE_MM) / (_mass(d) * GRAVITY)
     c = _drag(effects, d)
 
+    rolling = 10 / 7 * GRAVITY * mu * (np.cos(slope) + pull)
+    push, faster, drag = 10 / 7 * GRAVITY * np.sin(slope) - rolling, rolling * slower, 10 / 7 * c
+
     def gain(u):
-        v = np.sqrt(np.maximum(u, 0))
-        return 10 / 7 * (GRAVITY * np.sin(slope) - mu * GRAVITY * (np.cos(slope) + pull) * (1 + slower * v) - c * u)
+        return push - faster * np.sqrt(np.maximum(u, 0)) - drag * u
 
     u, h = 0.0 * (mu + length), length / SLOPE_STEPS
     for _ in range(SLOPE_STEPS):
@@ -99,10 +101,12 @@ def inclined_roll(parameters, conditions, effects):
         u = np.maximum(u + h / 6 * (first + 2 * second + 2 * third + gain(u + h * third)), 1e-9)
     steep = (1 - np.cos(slope)) / (1 - np.cos(np.radians(35)))
     v = np.sqrt(u) * np.maximum(1 - _of(effects, "foot_loss", "loss") * steep, 0.05)
+    rolling = mu * GRAVITY * (1 + pull)
     distance = 0.0
     for node, weight in zip(NODES, WEIGHTS, strict=True):
         s = v * node
-        distance = distance + weight * 1.4 * v * s / (mu * GRAVITY * (1 + pull) * (1 + slower * s) + c * s * s)
+        distance = distance + weight * s / (rolling + (rolling * slower + c * s) * s)
+    distance = 1.4 * v * distance
     distance = distance * (1 + _of(effects, "texture", "amplitude") * np.sin(2 * np.pi * length / 0.25))
     return {"roll_distance_mm": 1e3 * distance}
 
