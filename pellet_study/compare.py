@@ -8,7 +8,7 @@ residual; significance of the largest over all directions by Monte Carlo.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import lru_cache
 
 import numpy as np
@@ -23,8 +23,9 @@ from pellet_study.study import Study
 
 DRAWS = 5_000
 SEED = 20260101
-LACK_OF_FIT = 0.002
-DRIFT = 0.002
+LACK_OF_FIT = 0.001  # p over all rigs together below which a model fails
+LACK_IN_A_RIG = 0.002  # the same for single rigs, shared among them: a misfit in one rig drowns in the others
+DRIFT = 0.001
 VISIBLE = 0.03  # share of a direction that must survive the calibration to be tested
 IDENTIFIED = 0.5  # a constant is identified where its 95 % interval is narrower than this share of its range
 
@@ -56,7 +57,8 @@ class Comparison:
     """A calibrated model beside the measurements; what cannot be known is None.
 
     `chi2`, `dof` count rows; `lack_of_fit_p` compares cell means with the scatter of readings; `needed_setup_percent`
-    maps a rig to the set-up scatter, in percent of the reading, that would excuse its misfit.
+    maps a rig to the set-up scatter, in percent of the reading, that would excuse its misfit; `rig_lack_of_fit_p` maps
+    it to the p of its own cells alone.
     """
 
     effects: tuple[str, ...]
@@ -75,12 +77,16 @@ class Comparison:
     rms_error_unit: str
     warnings: tuple[str, ...]
     level_out_rms_error: dict[str, float] | None = None
+    rig_lack_of_fit_p: dict[str, float] = field(default_factory=dict)
 
     @property
     def fits(self) -> bool:
-        """Neither lack of fit nor a drifting constant."""
-        return (self.lack_of_fit_p is None or self.lack_of_fit_p >= LACK_OF_FIT) and not (
-            self.drifts and self.drifts[0].p < DRIFT
+        """Neither lack of fit, over all or in one rig, nor a drifting constant."""
+        by_rig = self.rig_lack_of_fit_p.values()
+        return (
+            (self.lack_of_fit_p is None or self.lack_of_fit_p >= LACK_OF_FIT)
+            and all(p >= LACK_IN_A_RIG / len(by_rig) for p in by_rig)
+            and not (self.drifts and self.drifts[0].p < DRIFT)
         )
 
 
@@ -175,6 +181,13 @@ def lack_of_fit(fitted: Fit, evidence: Evidence, mine: np.ndarray | None = None)
     return float(special.fdtrc(dof, matched, chi2 / mean.sum() * matched / (matched - 2)))
 
 
+def lack_by_rig(state: Calibrated) -> dict[str, float]:
+    """p of each rig's own cells; rigs whose cells leave nothing to compare are left out."""
+    rigs = np.array([state.model.cases[c].rig for c in state.evidence.case], dtype=object)
+    found = {rig: lack_of_fit(state.fit, state.evidence, rigs == rig) for rig in dict.fromkeys(rigs)}
+    return {rig: p for rig, p in found.items() if p is not None}
+
+
 def absorbed(jacobian: np.ndarray) -> np.ndarray:
     """Orthonormal basis of what the free constants absorb, (n, rank)."""
     if jacobian.size == 0:
@@ -205,8 +218,10 @@ def _noise(group: tuple[int, ...], group_dof: tuple[int, ...]) -> tuple[np.ndarr
     return noise, (noise**2).sum(axis=1)
 
 
-def largest_null(unit: np.ndarray, basis: np.ndarray, evidence: Evidence, two_sided: bool) -> np.ndarray:
-    """Sorted draws of the largest score, scaled as `scale_of` does, over readings that hide nothing.
+def largest_null(
+    unit: np.ndarray, basis: np.ndarray, evidence: Evidence, two_sided: bool, birge: bool = True
+) -> np.ndarray:
+    """Sorted draws of the largest score over readings that hide nothing, scaled as `scale_of` does if `birge`.
 
     Parameters
     ----------
@@ -218,7 +233,7 @@ def largest_null(unit: np.ndarray, basis: np.ndarray, evidence: Evidence, two_si
     z = noise @ unit.T
     largest = (np.abs(z) if two_sided else z).max(axis=1)
     dof = len(group) - basis.shape[1]
-    if dof > 1:
+    if birge and dof > 1:
         left = whole - ((noise @ basis) ** 2).sum(axis=1)
         ratio = np.sqrt(np.maximum(left - np.maximum(largest, 0) ** 2, 0) / (dof - 1))
         largest = largest / (np.maximum(ratio, 1.0) if evidence.scale_known else np.maximum(ratio, 1e-12))
@@ -248,7 +263,8 @@ def scale_of(chi2: float, largest: float, dof: int, evidence: Evidence) -> tuple
 def drifts(state: Calibrated, rigs: frozenset[str] | None = None, effects: Sequence[str] = ()) -> tuple[Drift, ...]:
     """Constancy of every calibrated constant over every condition (of some rigs), the worst first.
 
-    With `effects`, only of their constants, rising or falling, and p is over these directions alone.
+    With `effects`, only of their constants, rising or falling; p is over these directions alone and, like lack of fit,
+    in units of the replicates' scatter, so that misfit elsewhere does not excuse them.
     """
     names = [state.model.names[c] for c in state.fit.problem.free]
     labels, directions = drift_directions(state.model, state.evidence, state.fit, names)
@@ -269,10 +285,11 @@ def drifts(state: Calibrated, rigs: frozenset[str] | None = None, effects: Seque
     unit = seen[keep] / size[keep, None]
     z = unit @ state.fit.residual
     dof = len(state.evidence.case) - basis.shape[1]
-    scale, _ = scale_of(state.fit.chi2, float(np.abs(z).max()), dof, state.evidence)
+    stated = bool(effects) and state.evidence.scale_known
+    scale = 1.0 if stated else scale_of(state.fit.chi2, float(np.abs(z).max()), dof, state.evidence)[0]
     if not np.isfinite(scale):
         return ()
-    null = largest_null(unit, basis, state.evidence, two_sided=True)
+    null = largest_null(unit, basis, state.evidence, two_sided=True, birge=not stated)
     kept = [label for label, k in zip(labels, keep, strict=True) if k]
     found = [
         Drift(*label, z=float(v / scale), p=exceedance(null, abs(v) / scale)) for label, v in zip(kept, z, strict=True)
@@ -379,6 +396,7 @@ def compare(study: Study, state: Calibrated | None = None, level_out: bool = Fal
         rms_error_unit=unit,
         warnings=tuple(warnings),
         level_out_rms_error=level_out_errors(state) if level_out else None,
+        rig_lack_of_fit_p=lack_by_rig(state),
     )
 
 

@@ -21,7 +21,7 @@ from scipy import special
 from pellet_study.calibrate import Fit, Problem, fit_many
 from pellet_study.compare import (
     DRIFT,
-    LACK_OF_FIT,
+    LACK_IN_A_RIG,
     VISIBLE,
     Calibrated,
     Comparison,
@@ -31,6 +31,7 @@ from pellet_study.compare import (
     covariance,
     drifts,
     exceedance,
+    lack_by_rig,
     lack_of_fit,
     largest_null,
     reading_sd,
@@ -39,9 +40,9 @@ from pellet_study.compare import (
 from pellet_study.model import Case, Model
 from pellet_study.study import Study
 
-GATE = 0.035  # for the first effect; lack of fit and drift spend the rest of 5 %
+GATE = 0.04  # for the first effect; lack of fit and drift spend the rest of 5 %
 GATE_AGAIN = 0.002  # for each further one
-LEFT_OVER = 0.003  # p of lack of fit or drift that an explanation may not leave in the rigs where it acts
+LEFT_OVER = 0.002  # p of lack of fit or drift that an explanation may not leave in the rigs where it acts
 VARIES = 0.01  # p of the added effect's own drift that an explanation may not leave
 LEFT_OVERALL = 0.001  # p of lack of fit that it may not leave over all rigs
 TIE = 4.0  # chi2 within which rivals explain alike
@@ -407,7 +408,7 @@ def judge(state: Calibrated, fits: Iterable[Fit], shown: Sequence[Signature] = (
     """
     evidence = state.evidence
     rig_of = np.array([state.model.cases[c].rig for c in evidence.case], dtype=object)
-    failing = failing_rigs(state, rig_of)
+    failing = failing_rigs(state)
     found = []
     for fitted in fits:
         free = fitted.problem.free
@@ -430,14 +431,10 @@ def judge(state: Calibrated, fits: Iterable[Fit], shown: Sequence[Signature] = (
     return found
 
 
-def failing_rigs(state: Calibrated, rig_of: np.ndarray) -> frozenset[str]:
+def failing_rigs(state: Calibrated) -> frozenset[str]:
     """Rigs in which the present model fails, by lack of fit or a drifting constant; an explanation must mend them."""
     found = {d.rig for d in drifts(state) if d.p < DRIFT}
-    for rig in dict.fromkeys(rig_of):
-        p = lack_of_fit(state.fit, state.evidence, rig_of == rig)
-        if p is not None and p < LACK_OF_FIT:
-            found.add(rig)
-    return frozenset(found)
+    return frozenset(found | {rig for rig, p in lack_by_rig(state).items() if p < LACK_IN_A_RIG})
 
 
 def signature_left(state: Calibrated, fitted: Fit, names: Sequence[str], shown: Sequence[Signature]) -> float:

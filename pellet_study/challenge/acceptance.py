@@ -57,9 +57,9 @@ HELD_OUT = frozenset(
 
 def plan(scale: float = 1.0) -> list[tuple[str, str, float, int]]:
     """(kind, hidden, lambda, how many), times `scale`."""
-    found = [("nothing", "", 0.0, 1000), ("nothing, set-up scatter", "", 1.0, 500)]
+    found = [("nothing", "", 0.0, 2000), ("nothing, set-up scatter", "", 1.0, 500)]
     found += [("one", name, 8.0, 500) for name in SINGLE]
-    found += [("one", name, lam, 200) for lam in (4.0, 6.0) for name in SINGLE]
+    found += [("one", name, lam, n) for lam, n in ((4.0, 500), (6.0, 200)) for name in SINGLE]
     found += [("nothing, sd stated", "", 0.0, 1000)]
     found += [("one, sd stated", name, 4.0, 200) for name in SINGLE]
     found += [("outside, sd stated", "wet_film", 8.0, 500)]
@@ -67,8 +67,8 @@ def plan(scale: float = 1.0) -> list[tuple[str, str, float, int]]:
     found += [("outside", "wet_film", 12.0, 500)]
     found += [("next", name, 6.0, 500) for name in CONFUSED]
     found += [("next at random", name, 6.0, 100) for name in CONFUSED]
-    found += [("pair", name, 6.0, 120) for name in PAIRS]
-    found += [("masked pair", name, 6.0, 120) for name in MASKED]
+    found += [("pair", name, 6.0, 150) for name in PAIRS]
+    found += [("masked pair", name, 6.0, 150) for name in MASKED]
     found += [("held out", name, 8.0, 100) for name in SINGLE] + [("held out", "", 8.0, 500)]
     return [(kind, hidden, lam, max(1, round(scale * n))) for kind, hidden, lam, n in found]
 
