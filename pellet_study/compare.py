@@ -1,10 +1,11 @@
 """How well the present model fits, and where it fails, without asking why.
 
 Lack of fit: chi2 of the cell means over its degrees of freedom against F(n - p, nu), nu the degrees of freedom of the
-scatter of readings. Constancy (Box & Hunter 1962, doi:10.1080/00401706.1962.10490015, as score tests): does a
-calibrated constant drift with a condition? The direction J_k s(log c), s standardised over the rig's cells (and its
-square, and for a constant that several rigs share the rig itself), freed of what the calibration absorbs, against the
-residual; significance of the largest over all directions by Monte Carlo.
+scatter of readings; over all cells, and rig by rig, as a misfit of one rig drowns in the scatter of the others.
+Constancy (Box & Hunter 1962, doi:10.1080/00401706.1962.10490015, as score tests): does a calibrated constant drift with
+a condition? The direction J_k s(log c), s standardised over the rig's cells (and its square, and for a constant that
+several rigs share the rig itself), freed of what the calibration absorbs, against the residual; significance of the
+largest over all directions by Monte Carlo.
 """
 
 from collections.abc import Sequence

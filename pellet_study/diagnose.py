@@ -5,8 +5,8 @@
 2. Gate: the largest signed score of all candidates against its null distribution by Monte Carlo (max-T), in units of
    the residual scatter where that exceeds the replicates' (Birge).
 3. Refit of every candidate within its physical range; ranking by chi2; a candidate explains where neither lack of fit
-   nor a drifting constant is left. All that explain and lie within 4 of the best are tied; pairs are looked at where
-   no single effect explains.
+   nor a drifting constant is left, and where its own fitted size is one number over all sizes, conditions and rigs.
+   All that explain and lie within 4 of the best are tied; pairs are looked at where no single effect explains.
 4. The next measurement: where the rivals' predictions differ most over the uncertainty of that difference
    (Buzzi-Ferraris & Forzatti 1983, doi:10.1016/0009-2509(83)80012-8; Box & Hill 1967, doi:10.2307/1266318).
 """
