@@ -139,7 +139,7 @@ def surface_error(state: Calibrated) -> tuple[float, str] | None:
     worst = known[np.argmax(np.abs(z))]
     case = model.cases[worst]
     where = ", ".join(f"{name} {value:g}" for name, value in case.conditions.items())
-    return float(stats.chi2.sf((z**2).sum(), len(z))), (
+    return float(special.chdtrc(len(z), (z**2).sum())), (
         f"{case.rig} ({where}): simulated {direct.mean[0, worst]:.4g}, surface {surface.mean[0, worst]:.4g}"
     )
 
