@@ -4,7 +4,7 @@ SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 BIN := .venv/bin
 APT_INSTALL := $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends
 
-.PHONY: study test install yade browser results
+.PHONY: study test install yade browser api results
 
 study: install yade
 	$(BIN)/pellet-study bench results/quick
@@ -41,3 +41,8 @@ browser:
 	  echo "installing Debian's chromium, in which the tests open the report"; \
 	  $(SUDO) apt-get update -qq && $(APT_INSTALL) chromium >/dev/null || \
 	  echo "there is no Chromium to be had: the tests that need one are skipped"; fi
+
+# the reference of the Python functions, from their docstrings
+api: install
+	$(BIN)/python -m pip install --quiet --editable ".[docs]"
+	$(BIN)/python -m pdoc --output-directory docs/api pellet_study yade_scripts '!yade_scripts.checks'

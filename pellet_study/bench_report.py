@@ -66,7 +66,7 @@ def write(results: Sequence[Calibrated], folder: Path, contact_law: str) -> str:
     pd.DataFrame(table).to_csv(folder / "calibration.csv", index=False, lineterminator="\n", float_format="%.6g")
     text = summary(results, contact_law)
     (folder / "summary.txt").write_text(text + "\n", encoding="utf-8")
-    return text + f"\n\nresults in {folder}; figures in {folder / 'figures'}"
+    return text
 
 
 def figure(result: Calibrated):
@@ -121,17 +121,19 @@ def summary(results: Sequence[Calibrated], contact_law: str) -> str:
     """The calibration in words: each stage, the paper beside, what differs."""
     printed = paper.tables()["text"]
     lines = [f"Bench calibration, contact law {contact_law}, one stage after the other as in the paper", ""]
-    lines.append("stage            parameter   ours     95 % interval     paper   verification        error")
+    lines.append("test               ours      95 % interval  paper     verification         error")
     for result in results:
         stage, check = result.stage, result.verification
         unit = stage.observable.rsplit("_", 1)[1]
         if result.value is None:
-            lines.append(f"{stage.rig:16s} {stage.symbol:9s}   not reached inside the sweep")
+            lines.append(f"{stage.rig + ' ' + stage.symbol:16s}  not reached inside the sweep")
             continue
+        interval = f"{result.interval[0]:.4f} to {result.interval[1]:.4f}"
+        there = f"{check.value:.2f}+-{check.standard_error:.2f} {unit}"
+        error = f"{result.verification_error_percent:.2f}+-{100 * check.standard_error / result.reading.value:.2f} %"
         lines.append(
-            f"{stage.rig:16s} {stage.symbol:9s} {result.value:6.4f}   {result.interval[0]:.4f} to {result.interval[1]:.4f}"
-            f"  {printed[PAPER_FOUND[stage.symbol]]:.3f}   {check.value:.2f} +- {check.standard_error:.2f} {unit:3s}"
-            f"   {result.verification_error_percent:.2f} +- {100 * check.standard_error / result.reading.value:.2f} %"
+            f"{stage.rig + ' ' + stage.symbol:16s} {result.value:6.4f}  {interval:>17s}  "
+            f"{printed[PAPER_FOUND[stage.symbol]]:.3f}  {there:>15s}  {error:>12s}"
         )
     for result in results:
         lines += ["", *_details(result)]

@@ -6,6 +6,7 @@ from pellet_study.compare import Comparison, Drift
 from pellet_study.diagnose import Diagnosis, NextMeasurement, Suspect
 from pellet_study.refine import Refinement
 from pellet_study.study import Study
+from pellet_study.terminal import folded
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -66,17 +67,17 @@ def comparison_page(study: Study, found: Comparison) -> str:
         "WHERE  " + (("\n       ").join(words) if words else "no calibrated constant drifts with a condition"),
         "",
     ]
-    lines.append(f"{'constant':48s}{'value':>10s}   95 % interval")
+    lines.append(f"{'constant':40s}{'value':>10s}   95 % interval")
     for name, value in found.parameters.items():
         if name in found.intervals:
             low, high = found.intervals[name]
             remark = "   not identified" if name in found.not_identified else ""
             remark += "   at its bound" if name in found.at_bound else ""
-            lines.append(f"{name:48s}{number(value):>10s}   {number(low)} to {number(high)}{remark}")
+            lines.append(f"{name:40s}{number(value):>10s}   {number(low)} to {number(high)}{remark}")
         else:
-            lines.append(f"{name:48s}{number(value):>10s}   fixed")
+            lines.append(f"{name:40s}{number(value):>10s}   fixed")
     lines += ["", *rows_table(found)]
-    return "\n".join([*lines, *warning_lines(found.warnings)])
+    return folded([*lines, *warning_lines(found.warnings)])
 
 
 def rows_table(found: Comparison, most: int = 40) -> list[str]:
@@ -117,10 +118,11 @@ def size_words(study: Study, suspect: Suspect) -> str:
 
 def ranking_table(study: Study, found: Diagnosis) -> list[str]:
     """The candidates, best first."""
-    lines = [f"{'effect':28s}{'visible':>8s}{'score':>7s}{'p adj.':>9s}{'chi2 drop':>11s}  fitted size"]
+    lines = [f"{'effect':28s}{'visible':>8s}{'score':>8s}{'p adj.':>9s}{'chi2 drop':>11s}"]
     for s in found.ranking:
+        share = f"{s.effect:28s}{100 * s.visible_share:7.0f}%"
         if s.score is None:
-            lines.append(f"{s.effect:28s}{100 * s.visible_share:7.0f}%{'-':>7s}{'-':>9s}{'-':>11s}  {s.note}")
+            lines += [f"{share}{'-':>8s}{'-':>9s}{'-':>11s}", f"    {s.note}"]
             continue
         remark = s.note or ("explains" if s.explains else "")
         if s.beyond:
@@ -131,11 +133,10 @@ def ranking_table(study: Study, found: Diagnosis) -> list[str]:
                 "" if s.smallest_visible is None else f"from {number(s.smallest_visible, 3)} on it would be noticed"
             )
             remark = "; ".join(filter(None, (remark, smallest)))
-        lines.append(
-            f"{s.effect:28s}{100 * s.visible_share:7.0f}%{s.score:7.1f}{probability(s.p_adjusted):>9s}"
-            f"{s.chi2_drop:11.1f}  "
-            f"{size_words(study, s)}{'; ' + remark if remark else ''}"
-        )
+        lines += [
+            f"{share}{s.score:8.1f}{probability(s.p_adjusted):>9s}{s.chi2_drop:11.1f}",
+            f"    {size_words(study, s)}{'; ' + remark if remark else ''}",
+        ]
     return lines
 
 
@@ -190,7 +191,7 @@ def diagnosis_page(study: Study, found: Diagnosis) -> str:
         "",
         *answer_lines(study, found),
     ]
-    return "\n".join([*lines, *warning_lines(found.warnings)])
+    return folded([*lines, *warning_lines(found.warnings)])
 
 
 def ladder(steps: Sequence[dict]) -> list[str]:
@@ -213,4 +214,4 @@ def refinement_page(study: Study, found: Refinement, steps: Sequence[dict]) -> s
     lines = [f"{study.title}: added {added}; verdict {found.verdict}", "", *ladder(steps), ""]
     for k, d in enumerate(found.diagnoses):
         lines += [f"--- diagnosis {k + 1}", diagnosis_page(found.study, d), ""]
-    return "\n".join(lines).rstrip()
+    return folded(lines).rstrip()

@@ -28,7 +28,7 @@ def bench(folder: Path) -> list[dict]:
             [
                 r.stage.rig,
                 label(r.stage.parameter).replace("$", "").replace("_", ""),
-                "not reached" if r.value is None else f"{r.value:.4f}",
+                "not reached" if r.value is None else f"{r.value:.5f}",
                 "-" if r.value is None else f"{r.interval[0]:.4f} to {r.interval[1]:.4f}",
                 f"{printed[PAPER_FOUND[r.stage.symbol]]:g}",
                 f"{r.reading.value:g} {words(r.stage.observable)[1]}",

@@ -6,13 +6,28 @@ Colours and progress only on a terminal; NO_COLOR turns colours off (no-color.or
 import os
 import re
 import sys
+import textwrap
 import threading
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from contextlib import contextmanager
 
-WIDTH = 80
+WIDTH = 80  # columns of a page
 QUIET_S = 2.0  # work shorter than this is not announced
-HEADS = re.compile(r"^(FIT|WHERE|ANSWER|NEXT|NOTE|results|next)\b", re.MULTILINE)
+HEADS = "FIT|WHERE|ANSWER|NEXT|NOTE"
+BOLD = re.compile(rf"^({HEADS}|results|next)\b", re.MULTILINE)
+
+
+def folded(lines: Sequence[str]) -> str:
+    """Lines as one page of 80 columns; what runs over continues below the text it belongs to."""
+    page = []
+    for line in "\n".join(lines).splitlines():
+        if len(line) <= WIDTH:
+            page.append(line)
+            continue
+        head = re.match(rf"\s*(?:(?:{HEADS})\s+)?", line).group()
+        beyond = " " * (len(head) if head.strip() else len(head) + 2)
+        page += textwrap.wrap(line, WIDTH, subsequent_indent=beyond, break_long_words=False, break_on_hyphens=False)
+    return "\n".join(page)
 
 
 def coloured(stream) -> bool:
@@ -21,8 +36,10 @@ def coloured(stream) -> bool:
 
 
 def say(page: str) -> None:
-    """Print a page; on a terminal the words its paragraphs begin with are bold."""
-    print(HEADS.sub("\033[1m\\1\033[0m", page) if coloured(sys.stdout) else page)
+    """Print a page; on a terminal long lines are folded, and the words its paragraphs begin with are bold."""
+    if sys.stdout.isatty():
+        page = folded(page.splitlines())
+    print(BOLD.sub("\033[1m\\1\033[0m", page) if coloured(sys.stdout) else page)
 
 
 def warn(messages: Iterable[str]) -> None:

@@ -53,7 +53,7 @@ def run(arguments: argparse.Namespace) -> dict:
     )
     steps = [answers.comparison(before), answers.comparison(after)]
     answers.record(arguments.study, steps)
-    page = "\n".join([pages.comparison_page(larger, after), "", *pages.ladder(steps)])
+    page = pages.folded([pages.comparison_page(larger, after), "", *pages.ladder(steps)])
     say(page)
     warn(after.warnings)
     answers.leave(arguments.study, "compare", page, steps[1])

@@ -4,6 +4,7 @@ import argparse
 from pathlib import Path
 
 from pellet_study.commands.pb import writing
+from pellet_study.terminal import done, say
 
 EXAMPLES = """\
 verdicts: reproduced (equal at the printed digits), reproduced to rounding, consistent, inconsistent, data
@@ -37,9 +38,7 @@ def run(arguments: argparse.Namespace) -> dict:
 
     items = audit()
     _print([item for item in items if arguments.verdict in (None, item.verdict)])
-    print(
-        "\n" + ", ".join(f"{number} {verdict}" for verdict, number in counts(items).items()) + f"; {len(items)} items"
-    )
+    say("\n" + ", ".join(f"{number} {verdict}" for verdict, number in counts(items).items()) + f"; {len(items)} items")
     answer = {"rows": plain([item.as_dict() for item in items]), "counts": counts(items)}
     if arguments.results:
         from pellet_study.paper.results import write
@@ -47,7 +46,7 @@ def run(arguments: argparse.Namespace) -> dict:
         with writing(arguments.results):
             paths = write(arguments.results, items)
         answer["files"] = [str(path) for path in paths]
-        print(f"{len(paths)} files written to {arguments.results}")
+        done(f"{len(paths)} files in {arguments.results}")
     return answer
 
 
@@ -57,9 +56,9 @@ def _print(items) -> None:
     for item in items:
         if item.section != section:
             section = item.section
-            print(f"\n{section}")
+            say(f"\n{section}")
         value = item.recomputed
         shown = "-" if value is None else value if isinstance(value, str) else f"{value:.7g}"
-        print(f"  {item.item}: printed {item.published or '-'}, recomputed {shown}: {item.verdict}")
+        say(f"  {item.item}: printed {item.published or '-'}, recomputed {shown}: {item.verdict}")
         if item.reason:
-            print(f"      {item.reason}")
+            say(f"      {item.reason}")

@@ -5,6 +5,7 @@ from pathlib import Path
 
 from pellet_study.commands.pb import add_table_arguments, check_arguments, warn, write_design, writing
 from pellet_study.errors import InputError
+from pellet_study.terminal import say
 
 EXAMPLES = """\
 TABLE.csv: factor columns in coded or physical units, the response in the last column; an empty response is a
@@ -90,7 +91,7 @@ def run(arguments: argparse.Namespace) -> dict:
     _predict(arguments, used, answer, warnings, parts)
     found = _target(arguments, used, answer, warnings, parts)
     _validate(arguments, answer, parts)
-    print("\n\n".join(parts))
+    say("\n\n".join(parts))
     answer["warnings"] = warnings
     warn(warnings)
     if arguments.figures:

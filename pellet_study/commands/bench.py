@@ -1,10 +1,10 @@
 """`pellet-study bench`: the three seed bench tests calibrated stage by stage, beside the paper's numbers."""
 
 import argparse
-import sys
 from pathlib import Path
 
 from pellet_study.errors import InputError
+from pellet_study.terminal import done, say, warn
 
 EPILOG = """\
 The measurements need a row of at least one of the rigs rebound, slope_slip and inclined_roll.
@@ -44,13 +44,15 @@ def run(arguments: argparse.Namespace) -> dict:
         effort=arguments.effort,
     )
     results = runner.run(readings)
-    print(bench_report.write(results, arguments.study, runner.contact_law))
+    say(bench_report.write(results, arguments.study, runner.contact_law))
     bench_report.write_runs(runner.runs, arguments.study / "runs.csv")
     last = results[-1]
     if last.value is None:
-        print(
-            f"warning: {last.stage.rig} does not reach {last.reading.value:g} between {last.curve.low:g} and "
-            f"{last.curve.high:g}; the stages after it were not run",
-            file=sys.stderr,
+        warn(
+            [
+                f"{last.stage.rig} does not reach {last.reading.value:g} between {last.curve.low:g} and "
+                f"{last.curve.high:g}; the stages after it were not run"
+            ]
         )
+    done(f"{arguments.study / 'summary.txt'}, figures", f"report {arguments.study}")
     return bench_report.answer(results)

@@ -37,7 +37,7 @@ def run(arguments: argparse.Namespace) -> dict:
         after = compare(smaller, level_out=True)
     steps = [answers.comparison(before), answers.comparison(after)]
     answers.record(arguments.study, steps)
-    page = "\n".join([pages.comparison_page(smaller, after), "", *pages.ladder(steps)])
+    page = pages.folded([pages.comparison_page(smaller, after), "", *pages.ladder(steps)])
     say(page)
     warn(after.warnings)
     answers.leave(arguments.study, "compare", page, steps[1])

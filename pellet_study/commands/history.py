@@ -28,7 +28,7 @@ def run(arguments: argparse.Namespace) -> dict:
     steps = answers.read_history(arguments.study)
     if not steps:
         raise InputError(f"{arguments.study}: nothing was done yet; run add, drop or refine first")
-    say("\n".join([study.title, "", *pages.ladder(steps)]))
+    say(pages.folded([study.title, "", *pages.ladder(steps)]))
     from pellet_study import figures, look
 
     file = look.save(figures.ladder(steps), arguments.study / "figures" / "ladder.png")

@@ -5,6 +5,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from pellet_study.errors import InputError
+from pellet_study.terminal import done, say
 
 EPILOG = """\
 The folder starts with the source paper's three bench readings; put your own in measurements.csv.
@@ -32,6 +33,6 @@ def run(arguments: argparse.Namespace) -> dict:
             (folder / name).write_text(text, encoding="utf-8")
     except OSError as error:
         raise InputError(f"{folder}: cannot be made: {error.strerror}") from None
-    print(f"{folder} is a study: study.toml says what is fixed and free, measurements.csv what was measured.")
-    print(f"next: pellet-study bench {folder}")
+    say(f"{folder} is a study: study.toml says what is fixed and free, measurements.csv what was measured.")
+    done(folder, f"bench {folder}")
     return {"path": str(folder.resolve())}

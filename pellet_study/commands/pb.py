@@ -6,6 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from pellet_study.errors import InputError
+from pellet_study.terminal import say
 
 EXAMPLES = """\
 TABLE.csv: factor columns in coded or physical units, the response in the last column; an empty response is a
@@ -81,12 +82,12 @@ def run(arguments: argparse.Namespace) -> dict:
     answer = {**answers.screening_answer(screening), "warnings": warnings}
     climb = _climb(arguments, screening)
     turning = _turning(arguments, table, warnings)
-    print(text.screening_text(screening))
+    say(text.screening_text(screening))
     if climb:
-        print("\n" + text.climb_text(climb))
+        say("\n" + text.climb_text(climb))
         answer["climb"] = answers.climb_answer(climb)
     if turning:
-        print("\n" + text.turning_text(turning))
+        say("\n" + text.turning_text(turning))
         answer["turning"] = answers.turning_answer(turning)
     warn(warnings)
     if arguments.figures:
