@@ -7,4 +7,3 @@ try:
 except PackageNotFoundError:  # imported from a source tree that was never installed
     __version__ = "0+source"
 
-__all__ = ["__version__"]

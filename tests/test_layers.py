@@ -4,7 +4,7 @@ import ast
 from pathlib import Path
 
 ROOT = Path(__file__).resolve().parent.parent
-ORDER = ["errors", "look", "paper", "quadratic", "yade", "rigs", "store", "dispatch", "bench", "convergence", "law_checks",
+ORDER = ["errors", "look", "terminal", "paper", "quadratic", "yade", "rigs", "store", "dispatch", "bench", "convergence", "law_checks",
          "bench_figure", "bench_report", "commands", "__main__"]  # fmt: skip
 
 
