@@ -176,8 +176,11 @@ def trial(
 NOTHING = Truth({}, 0.0, readings_of({}))
 
 
-def trial_next(truth: Truth, seed, at_random: bool = False) -> tuple[Outcome, Outcome, str]:
-    """A trial, the one measurement proposed (or one drawn from the same list), and the trial with it added."""
+def trial_next(truth: Truth, seed, at_random: bool = False) -> tuple[Outcome, str]:
+    """A trial with the one measurement proposed (or one drawn from the same list) added, and that measurement's rig.
+
+    Where none is proposed, the trial without it.
+    """
     from pellet_study.challenge.twins import measurement
     from pellet_study.diagnose import possible_cases
 
@@ -186,10 +189,9 @@ def trial_next(truth: Truth, seed, at_random: bool = False) -> tuple[Outcome, Ou
     study = twins.study(rows)
     state = calibrate(study)
     first = diagnose(study, state)
-    before = outcome(refine(study, state, propose=False, rank=False), truth)
     proposal = first.next_measurement
     if proposal is None:
-        return before, before, ""
+        return outcome(refine(study, state, propose=False, rank=False), truth), ""
     if at_random:
         cases = possible_cases(study)
         case = cases[rng.integers(len(cases))]
@@ -205,4 +207,4 @@ def trial_next(truth: Truth, seed, at_random: bool = False) -> tuple[Outcome, Ou
     value = model.predict(point).mean[0, -1]
     readings = value + twins.reading_sd(rig, value) * rng.standard_normal(twins.REPEATS)
     more = [*rows, measurement(rig, observable, given, readings, line=len(rows) + 2)]
-    return before, outcome(refine(twins.study(more), propose=False, rank=False), truth), rig
+    return outcome(refine(twins.study(more), propose=False, rank=False), truth), rig
