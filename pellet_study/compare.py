@@ -261,18 +261,23 @@ def scale_of(chi2: float, largest: float, dof: int, evidence: Evidence) -> tuple
     return max(float(ratio), 1e-12), float(dof - 1)
 
 
-def drifts(state: Calibrated, rigs: frozenset[str] | None = None, effects: Sequence[str] = ()) -> tuple[Drift, ...]:
-    """Constancy of every calibrated constant over every condition (of some rigs), the worst first.
+def drifts(
+    state: Calibrated, rigs: frozenset[str] | None = None, effects: Sequence[str] = (), birge: bool = True
+) -> tuple[Drift, ...]:
+    """Constancy of every calibrated constant over every condition, the worst first; p is over all of them together.
 
-    With `effects`, only of their constants, rising or falling; p is over these directions alone and, like lack of fit,
-    in units of the replicates' scatter, so that misfit elsewhere does not excuse them.
+    Parameters
+    ----------
+    rigs, effects : only in these rigs, only of these effects' constants
+    birge : in units of the residual scatter where it exceeds the replicates' (`scale_of`); without, in units of the
+        replicates' scatter where that is known, as lack of fit is, so that misfit elsewhere excuses nothing
     """
     names = [state.model.names[c] for c in state.fit.problem.free]
     labels, directions = drift_directions(state.model, state.evidence, state.fit, names)
     inside = [
         k
-        for k, (name, rig, _, shape) in enumerate(labels)
-        if (rigs is None or rig in rigs) and (not effects or (name.split(".")[0] in effects and shape != "bends"))
+        for k, (name, rig, *_) in enumerate(labels)
+        if (rigs is None or rig in rigs) and (not effects or name.split(".")[0] in effects)
     ]
     labels = [labels[k] for k in inside]
     if not labels:
@@ -286,11 +291,11 @@ def drifts(state: Calibrated, rigs: frozenset[str] | None = None, effects: Seque
     unit = seen[keep] / size[keep, None]
     z = unit @ state.fit.residual
     dof = len(state.evidence.case) - basis.shape[1]
-    stated = bool(effects) and state.evidence.scale_known
-    scale = 1.0 if stated else scale_of(state.fit.chi2, float(np.abs(z).max()), dof, state.evidence)[0]
+    birge = birge or not state.evidence.scale_known
+    scale = scale_of(state.fit.chi2, float(np.abs(z).max()), dof, state.evidence)[0] if birge else 1.0
     if not np.isfinite(scale):
         return ()
-    null = largest_null(unit, basis, state.evidence, two_sided=True, birge=not stated)
+    null = largest_null(unit, basis, state.evidence, two_sided=True, birge=birge)
     kept = [label for label, k in zip(labels, keep, strict=True) if k]
     found = [
         Drift(*label, z=float(v / scale), p=exceedance(null, abs(v) / scale)) for label, v in zip(kept, z, strict=True)

@@ -402,8 +402,8 @@ def judge(state: Calibrated, fits: Iterable[Fit], shown: Sequence[Signature] = (
     """Whether each fitted rival explains the data.
 
     It may leave neither lack of fit nor a drifting constant behind, first of all where it acts, nor the signature of
-    another candidate; and its own amount must be one number: the same in all rigs where it acts, rising or falling
-    with none of their conditions. A look-alike seldom is, and that direction alone shows it with less misfit than the
+    another candidate; and its own amount must be one number: the same in all rigs where it acts, drifting with none of
+    their conditions. A look-alike seldom is, and that direction alone shows it with less misfit than the
     test over all directions needs.
     """
     evidence = state.evidence
@@ -420,10 +420,10 @@ def judge(state: Calibrated, fits: Iterable[Fit], shown: Sequence[Signature] = (
         local = lack_of_fit(fitted, evidence, mine)
         explains = (overall is None or overall >= LEFT_OVERALL) and (local is None or local >= LEFT_OVER)
         if explains:
-            own = drifts(replace(state, fit=fitted), effects=names)
+            own = drifts(replace(state, fit=fitted), effects=names, birge=False)
             explains = not own or own[0].p >= VARIES
         if explains:
-            left = drifts(replace(state, fit=fitted), rigs)
+            left = drifts(replace(state, fit=fitted), rigs, birge=False)
             explains = not left or left[0].p >= LEFT_OVER
         if explains:
             explains = signature_left(state, fitted, names, shown) >= LEFT_NAMED
