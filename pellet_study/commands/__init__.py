@@ -8,6 +8,7 @@ COMMANDS = {
     "doctor": "what is installed, which YADE, whether its contact laws pass their checks",
     "init": "make a study folder to start from",
     "bench": "calibrate the three seed bench tests: rebound, slope slip, inclined rolling",
+    "calibrate": "the paper's powder calibration: screening, climb, surface, optimum, validation of the repose angle",
     "pb": "analyse a Plackett-Burman table, climb from it, or make one",
     "bbd": "analyse a Box-Behnken or central composite table, meet a target, or make one",
     "compare": "calibrate the present model of a study, say how well it fits and where it fails",

@@ -14,8 +14,21 @@ EFFECT = {
             "meaning": "shear stress carried at zero normal stress, c",
         },
     },
+    "parameters_in": {  # where the amount is another quantity
+        "repose": {
+            "surface_energy_j_m2": {
+                "absent": 0.0,
+                "min": 0.0,
+                "max": 1.0,
+                "physical": (0.0, 0.4),
+                "unit": "J/m2",
+                "meaning": "surface energy of the grains (JKR) at amplification 6, Gamma; pull-off 3/2 pi Gamma R*",
+            },
+        },
+    },
     "sides": 1,
     "rigs": {
+        "repose": "small grains make steeper heaps: pull-off over weight goes with 1/d^2",
         "layer_on_incline": "thin layers hold to steeper angles, by c/(rho g h cos a)",
         "shear_cell": "the yield line does not pass through the origin",
     },
@@ -30,3 +43,11 @@ def yield_stress(shear_pa, normal_pa, conditions, values):
 
 
 CLOSED_FORM = {"layer_on_incline": yield_stress, "shear_cell": yield_stress}
+
+
+def sticky(pair, values):
+    """The pair (contacts.Pair) of two grains with surface energy added."""
+    return pair._replace(surface_energy=pair.surface_energy + values["surface_energy_j_m2"])
+
+
+POWDER_SCENE = {"pair": sticky}

@@ -1,0 +1,551 @@
+"""The source paper's powder calibration on the repose rig: screening, climb, surface, optimum, validation.
+
+Each stage is a function of the study and of the decisions before it, which stand in files; so a stage can be stopped
+after, resumed, or done again by itself. Heaps that gave no angle (an arch, a blow-up) are left out and counted.
+"""
+
+import json
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from pellet_study import dispatch, paper, rigs
+from pellet_study.doe import box_behnken, optimum, plackett_burman, validation
+from pellet_study.doe.answers import plain
+from pellet_study.doe.design_table import DesignTable, code_design
+from pellet_study.doe.factors import Factor
+from pellet_study.errors import InputError, SimulationError
+from pellet_study.paper.designs import screening_factors
+from pellet_study.study import SCALINGS, Study
+
+RIG, OBSERVABLE = "repose", "repose_angle_deg"
+STAGES = ("screening", "climb", "surface", "optimum", "validation")
+SYMBOLS = {
+    "A": "powder_restitution",
+    "B": "powder_static_friction",
+    "C": "powder_rolling_friction",
+    "D": "powder_steel_restitution",
+    "E": "powder_steel_static_friction",
+    "F": "powder_steel_rolling_friction",
+    "G": "powder_surface_energy",
+}
+IDLE = {
+    "cohesive_frictional": {"A": "the law has no restitution; A is an idle column, its effect an estimate of noise"}
+}
+SCALING_EXPONENT = dict(zip(SCALINGS, (2.0, 0.0), strict=True))
+SEEDS_A_STAGE = 10_000
+CENTRE_POINTS = 5
+CLIMB_POINTS = 6
+HALF_BOX = 2.0  # half-width of the surface's box, in steps of the climb
+MOVES = 3  # of climb or box, before it is given up
+FEWEST, MOST = 10, 30  # heaps of the validation
+WANTED_ERROR = 0.25  # deg, standard error of the validation's mean
+
+
+@dataclass(frozen=True)
+class Plan:
+    """What a study asks of the chain.
+
+    `factors` are the seven of the screening with the ranges of the study (or the paper's Table 6); `fixed` the
+    parameters that stay; `target`, `sd`, `n` the measured angle with its standard deviation; `margin` that of the
+    equivalence test, the measurement's own standard deviation.
+    """
+
+    contact_law: str
+    factors: list[Factor]
+    fixed: dict
+    conditions: dict
+    numerics: dict
+    target: float
+    sd: float
+    n: int
+
+    @property
+    def margin(self) -> float:
+        return self.sd
+
+    @property
+    def idle(self) -> dict[str, str]:
+        """{factor: why the contact law cannot represent it}."""
+        return IDLE.get(self.contact_law, {})
+
+
+def plan_of(study: Study, contact_law: str | None = None, mass_g: float | None = None) -> Plan:
+    """The chain a study asks for.
+
+    Raises
+    ------
+    InputError : no measured repose angle, or several under different conditions, or none with a standard deviation
+    """
+    rows = [r for r in study.rows if r.rig == RIG and r.observable == OBSERVABLE and r.split == "fit"]
+    if not rows:
+        raise InputError(f"the measurements have no row of the rig {RIG}; calibrate needs the measured repose angle")
+    if any(dict(row.conditions) != dict(rows[0].conditions) for row in rows):
+        raise InputError("calibrate meets one repose angle, but the rows differ in their conditions; use compare")
+    n = sum(row.n for row in rows)
+    value = sum(row.n * row.value for row in rows) / n
+    sds = [row.sd for row in rows]
+    if None in sds and len(rows) < 2:
+        raise InputError("the repose angle has no sd: calibrate takes it as the margin of the validation; give it")
+    sd = float(np.std([r.value for r in rows], ddof=1)) if None in sds else float(np.sqrt(np.mean(np.square(sds))))
+    factors = []
+    for printed in screening_factors():
+        setting = study.parameters.get(SYMBOLS[printed.name])
+        if setting is not None and setting.free:
+            factors.append(Factor(printed.name, setting.low, setting.high, printed.unit))
+        else:
+            factors.append(printed)
+    known = rigs.rig(RIG).parameters
+    moved = set(SYMBOLS.values())
+    conditions = dict(rows[0].conditions)
+    if mass_g is not None:
+        conditions["powder_mass_g"] = mass_g
+    return Plan(
+        contact_law or study.contact_law or "cohesive_frictional",
+        factors,
+        {name: s.value for name, s in study.parameters.items() if name in known and name not in moved},
+        conditions,
+        {"surface_energy_exponent": SCALING_EXPONENT[study.surface_energy_scaling]},
+        float(value),
+        sd,
+        n,
+    )
+
+
+@dataclass
+class Chain:
+    """The chain of one study: its plan, its folder of results, its store.
+
+    `say` gets a line a stage.
+    """
+
+    plan: Plan
+    folder: Path
+    store: Path
+    workers: int | None = None
+    quiet: bool = False
+    centre_points: int = CENTRE_POINTS
+    most_heaps: int = MOST
+    fewest_heaps: int = FEWEST
+    say: Callable[[str], None] = print
+    decisions_from: Path | None = None
+
+    # ------------------------------------------------------------------------------------------- heaps and files
+    def heaps(self, stage: str, points: Sequence[Mapping[str, float]], first: int = 0) -> pd.DataFrame:
+        """A heap at each point ({factor: physical level}; the others at the middle of their range), seeds in order.
+
+        Returns
+        -------
+        Columns `stage`, `seed`, the factors, `repose_angle_deg` (missing where there is none), `direction_error_deg`,
+        `bond_number`, `verdict`, `id`.
+        """
+        middle = {factor.name: factor.centre for factor in self.plan.factors}
+        base = SEEDS_A_STAGE * (1 + STAGES.index(stage)) + first
+        cases, levels = [], []
+        for k, point in enumerate(points):
+            level = {**middle, **point}
+            levels.append(level)
+            cases.append(
+                rigs.case(
+                    RIG,
+                    contact_law=self.plan.contact_law,
+                    seed=base + k,
+                    parameters=self.plan.fixed | {SYMBOLS[name]: value for name, value in level.items()},
+                    conditions=self.plan.conditions,
+                    numerics=self.plan.numerics,
+                )
+            )
+        found = dispatch.run(cases, self.store, workers=self.workers, quiet=self.quiet)
+        table = pd.DataFrame(levels).round(10)
+        table.insert(0, "seed", [case["seed"] for case in cases])
+        table.insert(0, "stage", stage)
+        for name in (OBSERVABLE, "direction_error_deg", "bond_number"):
+            table[name] = pd.to_numeric(found[name], errors="coerce").to_numpy()
+        table["verdict"] = found["status"].to_numpy()
+        table["id"] = found["id"].to_numpy()
+        return table
+
+    def write(self, stage: str, name: str, content) -> None:
+        """A file of a stage: a table, an answer, or text."""
+        folder = self.folder / stage
+        folder.mkdir(parents=True, exist_ok=True)
+        if isinstance(content, pd.DataFrame):
+            content.to_csv(folder / f"{name}.csv", index=False, lineterminator="\n")
+        elif isinstance(content, str):
+            (folder / f"{name}.txt").write_text(content.rstrip() + "\n", encoding="utf-8")
+        else:
+            text = json.dumps(plain(content), indent=1, allow_nan=False)
+            (folder / f"{name}.json").write_text(text + "\n", encoding="utf-8")
+
+    def decision(self, stage: str) -> dict:
+        """What a stage decided, from its file.
+
+        Raises
+        ------
+        InputError : the stage was not run
+        """
+        for folder in (self.folder, self.decisions_from):
+            if folder is not None and (folder / stage / "decision.json").exists():
+                return json.loads((folder / stage / "decision.json").read_text(encoding="utf-8"))
+        raise InputError(
+            f"{self.folder / stage}: the stage {stage} was not run yet; run calibrate without --only first"
+        )
+
+    def good(self, runs: pd.DataFrame, stage: str, least: int) -> pd.DataFrame:
+        """The runs that gave an angle; says what was lost.
+
+        Raises
+        ------
+        SimulationError : fewer than the analysis needs
+        """
+        good = runs[runs["verdict"] == "ok"]
+        lost = runs[runs["verdict"] != "ok"]
+        for _, row in lost.iterrows():
+            self.say(f"  {stage}: the heap of seed {row['seed']} gave no angle: {row['verdict']}")
+        if len(good) < least:
+            raise SimulationError(
+                f"{stage}: only {len(good)} of {len(runs)} heaps gave an angle, {least} are needed; "
+                f"first reason: {lost['verdict'].iloc[0]}"
+            )
+        return good
+
+    # ------------------------------------------------------------------------------------------------------ stages
+    def screening(self) -> dict:
+        """Plackett-Burman with centre points: which parameters move the angle."""
+        factors = self.plan.factors
+        coded = plackett_burman.coded_matrix(len(factors), centre_points=self.centre_points)
+        points = [{f.name: float(f.physical(x)) for f, x in zip(factors, row, strict=True)} for row in coded]
+        self.write("screening", "design", pd.DataFrame(points).round(10))
+        runs = self.heaps("screening", points)
+        self.write("screening", "runs", runs)
+        good = self.good(runs, "screening", len(factors) + 2)
+        found = plackett_burman.analyse(table_of(good, factors))
+        errors = {name: 2 * error for name, error in found.model.standard_errors.items() if name in found.effects}
+        effects = effects_table(self.plan, found, errors)
+        self.write("screening", "effects", effects)
+        rank = sorted((n for n in found.effects if n not in self.plan.idle), key=lambda name: -abs(found.effects[name]))
+        chosen = sorted(rank[:3])
+        decision = {
+            "factors": chosen,
+            "clear": [name for name in found.effects if abs(found.effects[name]) > 2 * errors[name]],
+            "coefficients": {name: found.model.coefficients[name] for name in found.effects},
+            "scatter_deg": scatter(good),
+            "lost": int((runs["verdict"] != "ok").sum()),
+            "heaps": len(runs),
+        }
+        self.write("screening", "decision", decision)
+        self.screened = found  # for the figures of this call
+        return decision
+
+    def climb(self) -> dict:
+        """Runs from the corner of lowest predicted angle towards the highest; where they meet the target."""
+        screened = self.decision("screening")
+        names = screened["factors"]
+        factors = [f for f in self.plan.factors if f.name in names]
+        signs = np.array([np.sign(screened["coefficients"][f.name]) or 1.0 for f in factors])
+        step = 2 / (CLIMB_POINTS - 1)
+        coded = [-signs + k * step * signs for k in range(CLIMB_POINTS)]
+        known = rigs.rig(RIG).parameters
+        runs = pd.DataFrame()
+        for move in range(MOVES):
+            points = [{f.name: float(f.physical(x)) for f, x in zip(factors, row, strict=True)} for row in coded]
+            self.write("climb", "design", pd.DataFrame(points).round(10))
+            runs = self.heaps("climb", points)
+            self.write("climb", "runs", runs)
+            good = self.good(runs, "climb", 3)
+            along = np.array([float(row @ signs) / len(signs) for row in coded])  # coded, -1 to 1 inside the first box
+            place = crossing(along[good.index], good[OBSERVABLE].to_numpy(), self.plan.target)
+            ends = {True: along.max() + step * np.array([1, 2]), False: along.min() - step * np.array([1, 2])}
+            beyond = [x * signs for x in ends[bool(place > 0)] if allowed(x * signs, factors, known)]
+            reached = bool(along.min() <= place <= along.max())
+            if reached or not beyond or move == MOVES - 1:
+                break
+            self.say(f"  climb: {self.plan.target:g} deg is not met along the path; it goes on beyond the box")
+            coded = coded + beyond  # at the end of the list, so that earlier points keep their seeds
+        centre = float(np.clip(place, along.min(), along.max()))
+        boxes = box_around(centre * signs, HALF_BOX * step, factors, known)
+        decision = {
+            "factors": names,
+            "reached": reached,
+            "centre": {f.name: float(f.physical(x)) for f, x in zip(factors, centre * signs, strict=True)},
+            "box": boxes,
+            "heaps": len(runs),
+            "lost": int((runs["verdict"] != "ok").sum()),
+            "moves": move,
+        }
+        self.write("climb", "decision", decision)
+        return decision
+
+    def surface(self) -> dict:
+        """Box-Behnken around the climb's best place; the box moves where the target lies outside."""
+        climbed = self.decision("climb")
+        units = {f.name: f.unit for f in self.plan.factors}
+        factors = [Factor(name, *levels, units[name]) for name, levels in climbed["box"].items()]
+        known = rigs.rig(RIG).parameters
+        moves, everything = [], []
+        for move in range(MOVES):
+            coded = box_behnken.coded_matrix(len(factors), self.centre_points)
+            points = [{f.name: float(f.physical(x)) for f, x in zip(factors, row, strict=True)} for row in coded]
+            self.write("surface", "design", pd.DataFrame(points).round(10))
+            runs = self.heaps("surface", points, first=1000 * move)
+            runs["box"] = move
+            everything.append(runs)
+            self.write("surface", "runs", pd.concat(everything, ignore_index=True))
+            found = box_behnken.analyse(table_of(self.good(runs, "surface", 12), factors))
+            target = optimum.target_set(found, self.plan.target, self.plan.sd)
+            moves.append({f.name: [f.low, f.high] for f in factors})
+            if target.reachable or move == MOVES - 1:
+                break
+            self.say(
+                f"  surface: the box gives {target.lowest:.1f} to {target.highest:.1f} deg, not "
+                f"{self.plan.target:g}; it moves"
+            )
+            slopes = np.array([found.model.coefficients[f.name] for f in factors])
+            up = 1 if target.highest < self.plan.target else -1
+            shift = up * slopes / np.abs(slopes).max()
+            factors = [moved(f, x, known[SYMBOLS[f.name]]) for f, x in zip(factors, shift, strict=True)]
+        self.surfaced = found
+        self.write("surface", "coefficients", coefficients_table(found))
+        decision = {
+            "box": moves[-1],
+            "boxes": moves,
+            "coefficients": found.model.coefficients,
+            "standard_errors": found.model.standard_errors,
+            "r2": found.r2,
+            "r2_adjusted": found.r2_adjusted,
+            "r2_predicted": found.r2_predicted,
+            "lack_of_fit_p": found.lack_of_fit_p,
+            "reachable": bool(target.reachable),
+            "heaps": int(sum(map(len, everything))),
+            "lost": int(sum((r["verdict"] != "ok").sum() for r in everything)),
+            "last_box_runs": len(runs),
+        }
+        self.write("surface", "decision", decision)
+        return decision
+
+    def optimum(self) -> dict:
+        """The settings of the last box that meet the target, and the one recommended among them."""
+        found = self._refit_surface()
+        target = optimum.target_set(found, self.plan.target, self.plan.sd)
+        density = self.plan.fixed.get(
+            "powder_density_kg_m3", rigs.rig(RIG).parameters["powder_density_kg_m3"]["default"]
+        )
+        middle = {f.name: f.centre for f in self.plan.factors}
+        energy = {**middle, **target.physical}["G"]
+        decision = {
+            "point": {**middle, **target.physical},
+            "factors": list(target.physical),
+            "predicted_deg": target.prediction.predicted,
+            "prediction_standard_error_deg": target.prediction.standard_error,
+            "reachable": bool(target.reachable),
+            "rule": target.rule_in_words,
+            "fraction_of_box": target.fraction,
+            "lowest": target.lowest,
+            "highest": target.highest,
+            "unidentified": target.unidentified,
+            "extents": {e.name: list(e.physical) for e in target.extents},
+            "bond_number": bond(energy, density, self.plan.conditions),
+            "box": {f.name: [f.low, f.high] for f in found.table.factors},
+        }
+        self.targeted = target
+        self.write("optimum", "decision", decision)
+        return decision
+
+    def _refit_surface(self):
+        """The surface fitted again from its file of runs."""
+        decision = self.decision("surface")
+        file = self.folder / "surface" / "runs.csv"
+        if not file.exists() and self.decisions_from is not None:
+            file = self.decisions_from / "surface" / "runs.csv"
+        runs = pd.read_csv(file)
+        last = runs[(runs["box"] == runs["box"].max()) & (runs["verdict"] == "ok")]
+        units = {f.name: f.unit for f in self.plan.factors}
+        factors = [Factor(name, *levels, units[name]) for name, levels in decision["box"].items()]
+        return box_behnken.analyse(table_of(last, factors))
+
+    def validation(self) -> dict:
+        """Heaps at the optimum with seeds nobody has used: is their mean the measured angle?"""
+        chosen = self.decision("optimum")
+        (self.folder / "validation").mkdir(parents=True, exist_ok=True)
+        validation.declare_margin(self.folder / "validation" / "margin.json", self.plan.margin, "deg")
+        point, heaps = chosen["point"], self.fewest_heaps
+        while True:
+            runs = self.heaps("validation", [point] * heaps)
+            good = self.good(runs, "validation", 2)[OBSERVABLE]
+            error = float(good.std(ddof=1) / np.sqrt(len(good)))
+            if error <= WANTED_ERROR or heaps >= self.most_heaps:
+                break
+            heaps = min(self.most_heaps, max(heaps + 1, int(np.ceil(heaps * (error / WANTED_ERROR) ** 2))))
+        self.write("validation", "runs", runs)
+        tested = validation.equivalence(
+            validation.sample_of(good),
+            validation.Sample(self.plan.target, self.plan.sd, self.plan.n)
+            if self.plan.n > 1
+            else validation.Sample(self.plan.target),
+            self.plan.margin,
+        )
+        mean, target = float(good.mean()), self.plan.target
+        from scipy.special import stdtrit
+
+        half = float(stdtrit(len(good) - 1, 0.975) * error)
+        decision = {
+            "mean_deg": mean,
+            "sd_deg": float(good.std(ddof=1)),
+            "standard_error_deg": error,
+            "interval_deg": [mean - half, mean + half],
+            "heaps": len(runs),
+            "lost": int((runs["verdict"] != "ok").sum()),
+            "measured_deg": target,
+            "error_percent": 100 * abs(mean - target) / target,
+            "error_interval_percent": [100 * (mean - half - target) / target, 100 * (mean + half - target) / target],
+            "margin_deg": self.plan.margin,
+            "p_tost": tested.p,
+            "equivalent": tested.equivalent,
+            "p_difference": tested.p_difference,
+            "point": point,
+            "bond_number": chosen["bond_number"],
+        }
+        self.write("validation", "decision", decision)
+        return decision
+
+    def run(self, stages: Sequence[str] = STAGES) -> dict[str, dict]:
+        """The stages named, in the paper's order; {stage: decision} of those done so far."""
+        for stage in STAGES:
+            if stage in stages:
+                self.say(f"{stage} ...")
+                decision = getattr(self, stage)()
+                self.say(f"  {stage}: {summary(stage, decision)}")
+                self.gather()
+        return {s: self.decision(s) for s in STAGES if (self.folder / s / "decision.json").exists()}
+
+    def gather(self) -> None:
+        """runs.csv: a row a heap of every stage done so far."""
+        tables = [pd.read_csv(f) for s in STAGES if (f := self.folder / s / "runs.csv").exists()]
+        if tables:
+            pd.concat(tables, ignore_index=True).to_csv(self.folder / "runs.csv", index=False, lineterminator="\n")
+
+
+# ------------------------------------------------------------------------------------------------------------ parts
+def table_of(runs: pd.DataFrame, factors: list[Factor]) -> DesignTable:
+    """The runs as a design table in the factors given."""
+    frame = runs[[f.name for f in factors] + [OBSERVABLE]].reset_index(drop=True)
+    return code_design(frame, factors, source="runs.csv")
+
+
+def scatter(runs: pd.DataFrame) -> float | None:
+    """Standard deviation over seeds of the heaps at the most repeated point, deg."""
+    names = [name for name in SYMBOLS if name in runs]
+    groups = [g[OBSERVABLE] for _, g in runs.groupby(names) if len(g) > 1]
+    return float(max(groups, key=len).std(ddof=1)) if groups else None
+
+
+def effects_table(plan: Plan, found, errors: dict) -> pd.DataFrame:
+    """Our effects with their standard errors beside the paper's Table 8, sign by sign."""
+    printed = paper.table(8).set_index("Parameters")["Stdized effects"]
+    rows = []
+    for name, effect in found.effects.items():
+        clear = abs(effect) > 2 * errors[name]
+        same = np.sign(effect) == np.sign(printed[name])
+        note = plan.idle.get(name, "")
+        rows.append(
+            {
+                "factor": name,
+                "effect_deg": effect,
+                "standard_error_deg": errors[name],
+                "p": found.p[name],
+                "beyond_two_errors": clear,
+                "paper_effect_deg": printed[name],
+                "sign": "not represented"
+                if note
+                else ("as the paper" if same else "opposite")
+                if clear
+                else "not clear",
+                "note": note,
+            }
+        )
+    return pd.DataFrame(rows)
+
+
+def coefficients_table(found) -> pd.DataFrame:
+    """Our coefficients in coded units with standard errors, beside the paper's equation 4 where it has the term."""
+    printed = paper.tables()["equations"]["4"]
+    theirs = dict(zip(printed["terms"], printed["coefs"], strict=True))
+    errors = found.model.standard_errors
+    return pd.DataFrame(
+        [
+            {
+                "term": term,
+                "coefficient_deg": value,
+                "standard_error_deg": errors[term],
+                "beyond_two_errors": abs(value) > 2 * errors[term],
+                "paper_coefficient_deg": theirs.get(term),
+            }
+            for term, value in found.model.coefficients.items()
+        ]
+    )
+
+
+def crossing(place: np.ndarray, angle: np.ndarray, target: float) -> float:
+    """Place along the path where a straight line through the angles meets the target; an end where it falls."""
+    slope, level = np.polyfit(place, angle, 1)
+    if slope <= 0:
+        return float("inf") if target > angle.mean() else float("-inf")
+    return float((target - level) / slope)
+
+
+def allowed(coded: np.ndarray, factors: list[Factor], known: Mapping) -> bool:
+    """Whether every level lies within what the rig takes."""
+    levels = [(float(f.physical(x)), known[SYMBOLS[f.name]]) for f, x in zip(factors, coded, strict=True)]
+    return all(quantity["min"] <= level <= quantity["max"] for level, quantity in levels)
+
+
+def box_around(centre: np.ndarray, half: float, factors: list[Factor], known: Mapping) -> dict[str, list[float]]:
+    """{factor: [low, high]} of a box of half-width `half` coded units around a centre, inside what the rig takes."""
+    box = {}
+    for f, x in zip(factors, centre, strict=True):
+        quantity = known[SYMBOLS[f.name]]
+        low, high = float(f.physical(x - half)), float(f.physical(x + half))
+        shift = max(quantity["min"] - low, 0.0) + min(quantity["max"] - high, 0.0)
+        box[f.name] = [round(low + shift, 4), round(high + shift, 4)]
+    return box
+
+
+def moved(factor: Factor, shift: float, quantity: Mapping) -> Factor:
+    """The factor's range moved by `shift` coded units, inside what the rig takes."""
+    low, high = factor.low + shift * factor.half_range, factor.high + shift * factor.half_range
+    back = max(quantity["min"] - low, 0.0) + min(quantity["max"] - high, 0.0)
+    return Factor(factor.name, round(low + back, 4), round(high + back, 4), factor.unit)
+
+
+def bond(energy: float, density: float, conditions: Mapping) -> float:
+    """Bond number of a surface energy at amplification 6: pull-off 3/2 pi G R/2 over the weight of a grain."""
+    known = rigs.rig(RIG).conditions
+    radius = 0.5e-6 * 6 * conditions.get("particle_diameter_um", known["particle_diameter_um"]["default"])
+    return float(0.75 * np.pi * energy * radius / (4 / 3 * np.pi * radius**3 * density * 9.81))
+
+
+def summary(stage: str, decision: Mapping) -> str:
+    """One line of what a stage decided."""
+    if stage == "screening":
+        lost = f", {decision['lost']} lost" if decision["lost"] else ""
+        return (
+            f"{decision['heaps']} heaps{lost}; beyond two standard errors: {', '.join(decision['clear']) or 'none'}; "
+            f"{', '.join(decision['factors'])} go on"
+        )
+    if stage == "climb":
+        centre = ", ".join(f"{k} {v:.3f}" for k, v in decision["centre"].items())
+        return f"{decision['heaps']} heaps; {'target met' if decision['reached'] else 'target not met'} near {centre}"
+    if stage == "surface":
+        return f"{decision['heaps']} heaps in {len(decision['boxes'])} box(es), R2 {decision['r2']:.3f}"
+    if stage == "optimum":
+        point = ", ".join(f"{k} {decision['point'][k]:.3f}" for k in decision["factors"])
+        return f"{point}; Bond number {decision['bond_number']:.2f}; {100 * decision['fraction_of_box']:.0f} % of the box would do"
+    low, high = decision["error_interval_percent"]
+    return (
+        f"{decision['mean_deg']:.2f} +- {decision['standard_error_deg']:.2f} deg over {decision['heaps']} heaps, measured "
+        f"{decision['measured_deg']:g}: error {decision['error_percent']:.2f} % (95 % {low:+.2f} to {high:+.2f} %); "
+        f"{'equivalent' if decision['equivalent'] else 'not shown equivalent'} within {decision['margin_deg']:g} deg"
+    )

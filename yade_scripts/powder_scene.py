@@ -1,0 +1,280 @@
+"""Amplified powder in a steel funnel over a steel plate: what the repose rig is made of.
+
+Places at which effects act (their `POWDER_SCENE`):
+
+| place | asked with | answers |
+|---|---|---|
+| `pair`, `wall_pair` | contacts.Pair, powder-powder and powder-steel | contacts.Pair |
+| `spread` | half-width of the radii over their mean | the same |
+| `exponent` | of the amplification in the surface energy | the same |
+| `drag` | drag coefficient of the grains in still air | the same |
+"""
+
+from math import cos, pi, radians, sin, sqrt, tan
+from types import SimpleNamespace
+
+import numpy as np
+
+from yade_scripts import acting, contacts
+from yade_scripts.contacts import Material, Pair
+
+GRAVITY = 9.81  # m/s2
+STEEL = Material(7850.0, 7.9e10, 0.3)  # handbook values
+REFERENCE_AMPLIFICATION = 6.0  # of the source paper: surface energies are given there
+CONE_SLOPE_DEG = 60.0  # of the funnel's cone against the horizontal
+SEGMENTS = 24  # facets around the funnel
+AIR_DENSITY = 1.2  # kg/m3, 20 C
+LATTICE = 2.2  # spacing of the grains before they settle, in the largest radius
+FASTEST_START = 0.1  # m/s, of the random velocities they start with
+
+
+def declared(modules) -> dict:
+    """{effect: {parameter: declaration}} of effect files, for the rig's declaration."""
+    return {module.EFFECT["name"]: parameters(module) for module in modules}
+
+
+def parameters(module) -> dict:
+    """An effect's parameters in the repose rig."""
+    return module.EFFECT.get("parameters_in", {}).get("repose", module.EFFECT["parameters"])
+
+
+class Effects(acting.Effects):
+    """The effects present in a case of the repose rig."""
+
+    def __init__(self, modules, case: dict):
+        here = [
+            SimpleNamespace(
+                EFFECT={"name": module.EFFECT["name"], "parameters": parameters(module)},
+                SEED_SCENE=module.POWDER_SCENE,
+            )
+            for module in modules
+        ]
+        super().__init__(here, case)
+
+
+def grain_radius(diameter_um: float, amplification: float) -> float:
+    """Radius of an amplified grain, m."""
+    return 0.5e-6 * diameter_um * amplification
+
+
+def grain_mass(radius: float, density: float) -> float:
+    """Mass of a sphere 4/3 pi R^3 rho, kg."""
+    return 4 / 3 * pi * radius**3 * density
+
+
+def bond_number(surface_energy: float, radius: float, density: float) -> float:
+    """Pull-off force of two equal grains, 3/2 pi Gamma R/2, over the weight of one."""
+    return contacts.pull_off_force(surface_energy, radius / 2) / (grain_mass(radius, density) * GRAVITY)
+
+
+def radii(number: int, mean: float, spread: float, draw: np.random.Generator) -> np.ndarray:
+    """Radii spread evenly over mean (1 +- spread), scaled so that the mass is that of equal grains, m."""
+    sizes = 1 + spread * draw.uniform(-1, 1, number)
+    return mean * sizes / np.mean(sizes**3) ** (1 / 3)
+
+
+class Funnel:
+    """A cone over a round outlet, with a cylinder on top; on the axis z.
+
+    Parameters
+    ----------
+    outlet : radius of the outlet, m
+    width : radius of the cylinder, m
+    bottom : height of the outlet, m
+    """
+
+    def __init__(self, outlet: float, width: float, bottom: float):
+        self.outlet, self.width, self.bottom = outlet, width, bottom
+        self.cone = (width - outlet) * tan(radians(CONE_SLOPE_DEG))
+
+    def room(self, height: float) -> float:
+        """Radius of the funnel at a height over its outlet, m."""
+        return self.outlet + (self.width - self.outlet) * min(1.0, height / self.cone) if self.cone > 0 else self.width
+
+    def lattice(self, number: int, largest: float) -> np.ndarray:
+        """(number, 3) places for grains inside the funnel that do not touch, the lowest first, m."""
+        gap, found, layer = LATTICE * largest, [], 0
+        wall = largest * 1.1 / sin(radians(CONE_SLOPE_DEG)) + gap * 0.02
+        while sum(map(len, found)) < number:
+            height = 1.1 * largest + layer * gap * sqrt(2 / 3)
+            reach = self.room(height - 0.5 * largest) * cos(pi / SEGMENTS) - wall
+            n = int(self.width / gap) + 2
+            i, j = np.meshgrid(np.arange(-n, n + 1), np.arange(-n, n + 1), indexing="ij")
+            x = gap * (i + 0.5 * j + 0.5 * (layer % 2)).ravel()
+            y = gap * (sqrt(3) / 2 * j + (layer % 2) / sqrt(12)).ravel()
+            inside = np.hypot(x, y) < reach
+            found.append(np.column_stack([x[inside], y[inside], np.full(inside.sum(), self.bottom + height)]))
+            layer += 1
+        self.top = float(found[-1][0, 2]) - self.bottom + 2 * largest
+        return np.vstack(found)[:number]
+
+
+class PowderScene:
+    """A YADE scene with powder, funnel, gate and plate, at the start of the fill.
+
+    Parameters
+    ----------
+    grains : radii, m
+    funnel : Funnel
+    powder, steel : Material, both as soft as they are simulated
+    pair, wall_pair : Pair, powder-powder and powder-steel
+    law : name of the contact law
+    time_step_fraction : of the Rayleigh step of the smallest grain
+    rolling_spring : stiffness of the rolling moment of Mindlin contacts below its limit, in I/dt^2
+    damping : local damping of the cohesive-frictional law
+    drag : drag coefficient of the grains
+    draw : random numbers of this case
+    """
+
+    def __init__(
+        self,
+        grains,
+        funnel: Funnel,
+        powder: Material,
+        steel: Material,
+        pair: Pair,
+        wall_pair: Pair,
+        law: str,
+        time_step_fraction: float,
+        rolling_spring: float,
+        damping: float,
+        drag: float,
+        draw: np.random.Generator,
+    ):
+        from yade import O
+
+        O.reset()
+        self.grains, self.funnel, self.powder = np.asarray(grains), funnel, powder
+        self.mean_radius = float(self.grains.mean())
+        self.mass = grain_mass(1.0, powder.density) * self.grains**3
+        smallest = float(self.grains.min())
+        self.time_step = time_step_fraction * contacts.rayleigh_step(smallest, powder)
+        inertia = 0.4 * grain_mass(smallest, powder.density) * smallest**2
+        options = {"rolling_stiffness": rolling_spring * inertia / self.time_step**2}
+        if law == "cohesive_frictional":
+            options |= {"radius": self.mean_radius, "damping": damping}
+        self.contacts = contacts.LAWS[law](powder, steel, wall_pair, pair, **options)
+        self._fill(draw)
+        self._walls()
+        self._engines(drag)
+
+    def _fill(self, draw: np.random.Generator) -> None:
+        """Grains of random order on a lattice turned at random, with random velocities."""
+        from yade import O, utils
+
+        places = self.funnel.lattice(len(self.grains), float(self.grains.max()))
+        turn = draw.uniform(0, 2 * pi)
+        x = cos(turn) * places[:, 0] - sin(turn) * places[:, 1]
+        y = sin(turn) * places[:, 0] + cos(turn) * places[:, 1]
+        speeds = FASTEST_START * draw.uniform(-1, 1, (len(places), 3))
+        self.ids = []
+        for place, radius, speed in zip(zip(x, y, places[:, 2], strict=True), self.grains, speeds, strict=True):
+            body = utils.sphere(
+                tuple(map(float, place)), float(radius), material=self.contacts.particle, color=(1, 1, 1)
+            )
+            body.state.vel = tuple(map(float, speed))
+            self.ids.append(O.bodies.append(body))
+        self.bodies = [O.bodies[k] for k in self.ids]
+
+    def _walls(self) -> None:
+        from yade import O, utils
+
+        funnel, steel = self.funnel, self.contacts.wall
+        look = {"material": steel, "color": (1, 1, 1)}
+        ring = radians(360 / SEGMENTS)
+        self.walls = []
+
+        def ring_of_facets(low: float, high: float, bottom: float, top: float) -> None:
+            for k in range(SEGMENTS):
+                a, b = k * ring, (k + 1) * ring
+                corners = [(r * cos(t), r * sin(t), z) for r, z in ((low, bottom), (high, top)) for t in (a, b)]
+                for three in ((0, 1, 2), (1, 3, 2)):
+                    facet = utils.facet([corners[c] for c in three], fixed=True, **look)
+                    self.walls.append(O.bodies.append(facet))
+
+        if funnel.cone > 0:
+            ring_of_facets(funnel.outlet, funnel.width, funnel.bottom, funnel.bottom + funnel.cone)
+        if funnel.top > funnel.cone:
+            ring_of_facets(funnel.width, funnel.width, funnel.bottom + funnel.cone, funnel.bottom + funnel.top)
+        thick = 2 * self.mean_radius
+        half = 1.2 * funnel.outlet
+        self.gate = O.bodies.append(utils.box((0, 0, funnel.bottom - thick), (half, half, thick), fixed=True, **look))
+        O.bodies.append(utils.box((0, 0, -0.005), (10, 10, 0.005), fixed=True, **look))
+
+    def _engines(self, drag: float) -> None:
+        from yade import (
+            Bo1_Box_Aabb,
+            Bo1_Facet_Aabb,
+            Bo1_Sphere_Aabb,
+            DragEngine,
+            ForceResetter,
+            HarmonicMotionEngine,
+            InsertionSortCollider,
+            InteractionLoop,
+            NewtonIntegrator,
+            O,
+        )
+
+        self.shaker = HarmonicMotionEngine(A=(0, 0, 0), f=(1, 1, 1), fi=(0, 0, 0), ids=self.walls, dead=True)
+        O.engines = [
+            ForceResetter(),
+            InsertionSortCollider(
+                [Bo1_Sphere_Aabb(), Bo1_Box_Aabb(), Bo1_Facet_Aabb()],
+                verletDist=0.2 * self.mean_radius,
+                targetInterv=-1,
+            ),
+            InteractionLoop(self.contacts.geometry, self.contacts.physics, self.contacts.law),
+            self.shaker,
+            DragEngine(Rho=AIR_DENSITY, Cd=drag, ids=self.ids, dead=drag == 0),
+            NewtonIntegrator(damping=self.contacts.damping, gravity=(0, 0, -GRAVITY), exactAsphericalRot=False),
+        ]
+        O.dt = self.time_step
+
+    def open(self) -> None:
+        """Take the gate away."""
+        from yade import O
+
+        O.bodies.erase(self.gate)
+
+    def shake(self, amplitude: float, frequency: float) -> None:
+        """Vibrate the funnel along its axis (m, Hz); an amplitude of 0 stops it where it is."""
+        from yade import O
+
+        self.shaker.dead = amplitude == 0
+        if amplitude:
+            self.shaker.A, self.shaker.f = (0, 0, amplitude), (1, 1, frequency)
+        else:
+            for k in self.walls:
+                O.bodies[k].state.vel = (0, 0, 0)
+
+    def remove_funnel(self) -> None:
+        """Take the funnel away: nothing touches it any more."""
+        from yade import O
+
+        self.shaker.dead = True
+        for k in self.walls:
+            O.bodies.erase(k)
+
+    def run(self, steps: int) -> None:
+        """Step on."""
+        from yade import O
+
+        O.run(steps, True)
+
+    def centres(self) -> np.ndarray:
+        """(n, 3) array, m."""
+        return np.array([tuple(body.state.pos) for body in self.bodies])
+
+    def kinetic_energy(self) -> float:
+        """Of translation, J. A grain may spin on its place for ever: no law here resists twist."""
+        return float(0.5 * self.mass @ [body.state.vel.squaredNorm() for body in self.bodies])
+
+    def largest_speed(self) -> float:
+        """m/s."""
+        return float(np.sqrt(np.max([body.state.vel.squaredNorm() for body in self.bodies])))
+
+    def largest_overlap(self) -> float:
+        """In the mean radius."""
+        from yade import O
+
+        return max((contact.geom.penetrationDepth for contact in O.interactions), default=0.0) / self.mean_radius

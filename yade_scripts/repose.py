@@ -1,0 +1,243 @@
+"""Repose angle: powder leaves a vibrated steel funnel onto a steel plate; how steep is the heap?
+
+Fill, settle, open, flow, rest, as on the bench. The grains settle in the closed funnel under gravity; the gate goes and
+the funnel vibrates along its axis until it is empty (without it the cohesive powders of the source paper's Table 6 arch
+over the outlet); the funnel is taken away and the heap comes to rest. A run says of itself what went wrong: an arch
+that holds (`jammed`), grains lost, a blow-up, a heap that reaches the outlet or does not come to rest.
+
+The grains are amplified spheres. The source paper prints no radius; its time step is 20 % of the Rayleigh step for
+R = 1.294 mm, the usual share (as 100 % it would mean R = 0.26 mm and pull-off forces of 46 to 140 weights, with which
+nothing flows). So the grains of amplification 6 have R = 1.294 mm, 431.3 um in diameter before.
+
+Each run may leave its grains: the environment variable PELLET_STUDY_GRAINS names a folder for ID.csv (x, y, z, radius
+in m).
+"""
+
+if __name__ == "__main__":  # by hand: yade -x -n repose.py cases.json observables.csv
+    import os
+    import runpy
+    import sys
+
+    sys.argv.insert(1, os.path.abspath(sys.argv[0]))
+    runpy.run_path(os.path.join(os.path.dirname(sys.argv[1]), "case.py"), run_name="__main__")
+
+import os
+from math import sqrt
+from pathlib import Path
+
+import numpy as np
+
+from yade_scripts import heap
+from yade_scripts.case import Failed, quantity
+from yade_scripts.contacts import Material, Pair
+from yade_scripts.effects import (
+    air_drag,
+    amplification_size,
+    cohesion,
+    liquid_bridges,
+    rolling_resistance,
+    size_spread,
+    wall_friction,
+)
+from yade_scripts.powder_scene import (
+    GRAVITY,
+    REFERENCE_AMPLIFICATION,
+    STEEL,
+    Effects,
+    Funnel,
+    PowderScene,
+    bond_number,
+    declared,
+    grain_mass,
+    grain_radius,
+    radii,
+)
+
+TABLE_1 = "source paper, Table 1"
+EFFECTS = (
+    cohesion,
+    rolling_resistance,
+    liquid_bridges,
+    size_spread,
+    wall_friction,
+    air_drag,
+    amplification_size,
+)
+RIG = {
+    "name": "repose",
+    "contact_laws": ("cohesive_frictional", "hertz_mindlin"),
+    "parameters": {
+        "powder_restitution": quantity(0.15, 0.05, 0.95, "1", "A, powder-powder; no meaning in cohesive_frictional"),
+        "powder_static_friction": quantity(0.8, 0.0, 1.5, "1", "B, powder-powder"),
+        "powder_rolling_friction": quantity(0.0, 0.0, 1.0, "1", "C, powder-powder; of the effect rolling_resistance"),
+        "powder_steel_restitution": quantity(0.15, 0.05, 0.95, "1", "D, powder-steel"),
+        "powder_steel_static_friction": quantity(0.72, 0.0, 1.5, "1", "E, powder-steel"),
+        "powder_steel_rolling_friction": quantity(0.0, 0.0, 1.0, "1", "F, powder-steel; of rolling_resistance"),
+        "powder_surface_energy": quantity(0.0, 0.0, 2.0, "J/m2", "G, JKR, at amplification 6; of the effect cohesion"),
+        "powder_density_kg_m3": quantity(1833.0, 500.0, 8000.0, "kg/m3", TABLE_1),
+        "powder_shear_modulus_pa": quantity(3e7, 1e5, 1e11, "Pa", TABLE_1),
+        "powder_poisson_ratio": quantity(0.296, 0.0, 0.49, "1", TABLE_1),
+        "cohesive_frictional_damping": quantity(
+            0.3, 0.05, 0.9, "1", "local damping, in place of the restitution A; not used by hertz_mindlin"
+        ),
+    },
+    "conditions": {
+        "powder_mass_g": quantity(25.0, 1.0, 200.0, "g", "mass of the powder; 1,503 grains at the default"),
+        "outlet_height_mm": quantity(70.0, 20.0, 200.0, "mm", "height of the funnel's outlet above the plate"),
+        "particle_diameter_um": quantity(431.3, 100.0, 2000.0, "um", "diameter before amplification"),
+        "amplification": quantity(6.0, 2.0, 12.0, "1", "amplified over original diameter"),
+    },
+    "effects": declared(EFFECTS),
+    "numerics": {
+        "time_step_fraction": quantity(0.18, 0.005, 0.4, "1", "of the Rayleigh step of the smallest grain"),
+        "stiffness_scale": quantity(1e-3, 1e-5, 1.0, "1", "the shear moduli are multiplied by it"),
+        "rolling_spring": quantity(
+            0.1, 1e-3, 0.5, "1", "stiffness of Mindlin rolling moments below the limit, in I/dt^2"
+        ),
+        "outlet_diameter_mm": quantity(30.0, 4.0, 100.0, "mm", "of the funnel; its cone slopes at 60 deg"),
+        "funnel_diameter_mm": quantity(48.0, 8.0, 200.0, "mm", "of the funnel's cylinder: a wide one fills less high"),
+        "vibration_mm": quantity(0.4, 0.0, 5.0, "mm", "amplitude of the open funnel, along its axis"),
+        "vibration_hz": quantity(60.0, 1.0, 500.0, "Hz", "frequency of the open funnel"),
+        "surface_energy_exponent": quantity(
+            2.0, 0.0, 2.0, "1", "G goes with (amplification/6)^this: 2 keeps the Bond number, 0 is the paper's way"
+        ),
+        "size_spread": quantity(0.05, 0.0, 0.3, "1", "half-width of the radii, as a share of their mean"),
+        "rest_energy": quantity(2e-3, 1e-6, 0.1, "1", "mean kinetic energy at rest, in a grain's weight times radius"),
+    },
+    "observables": {
+        "repose_angle_deg": "mean slope of both flanks over 24 silhouettes",
+        "direction_error_deg": "its standard error over the silhouettes of this one heap",
+        "bond_number": "pull-off force of two grains over the weight of one",
+        "grains": "number of grains",
+        "heap_height_mm": "highest point of the heap",
+        "flow_time_s": "from opening until the funnel is empty",
+        "end_time_s": "simulated time",
+        "largest_overlap": "of two bodies at any look, in the mean radius",
+    },
+    "random": True,
+    "time_limit_s": 3600.0,
+}
+
+LOOK = 2.0  # time between looks, in the fall time sqrt(R/g) of a grain
+SETTLED = 1e-2  # mean kinetic energy of a settled fill, in a grain's weight times radius
+FASTEST = 3.0  # times the speed of a free fall from the top of the funnel: more is a blow-up
+LARGEST_OVERLAP = 0.6  # radius
+LEFT_BEHIND = 0.01  # share of the grains that may stay in the funnel
+PATIENCE = 30.0  # time without a grain leaving, in sqrt(R/g): an arch
+MOST_FILL, MOST_REST = 100.0, 150.0  # in sqrt(R/g)
+
+
+def simulate(case: dict) -> dict:
+    """One heap."""
+    from yade import O
+
+    scene, bond = build(case)
+    numerics, bottom = case["numerics"], scene.funnel.bottom
+    number, fall = len(scene.grains), sqrt(scene.mean_radius / GRAVITY)
+    unit = number * scene.mass.mean() * GRAVITY * scene.mean_radius
+    fastest = FASTEST * sqrt(2 * GRAVITY * (bottom + scene.funnel.top))
+    steps = max(1, round(LOOK * fall / O.dt))
+    overlap = 0.0
+
+    def look(phase: str) -> float:
+        """Step on; mean kinetic energy of a grain, in its weight times radius."""
+        nonlocal overlap
+        scene.run(steps)
+        overlap = max(overlap, scene.largest_overlap())
+        speed = scene.largest_speed()
+        if not (speed < fastest and overlap < LARGEST_OVERLAP):
+            raise Failed(
+                f"blew up in the {phase}: speed {speed:.3g} m/s, overlap {overlap:.2f} of the radius; "
+                "a smaller time_step_fraction is needed"
+            )
+        return scene.kinetic_energy() / unit
+
+    while look("fill") > SETTLED:
+        if O.time > MOST_FILL * fall:
+            raise Failed(f"the fill does not settle in {O.time:.2g} s")
+    opened = left_last = O.time
+    scene.open()
+    scene.shake(1e-3 * numerics["vibration_mm"], numerics["vibration_hz"])
+    inside = number
+    while inside:
+        look("flow")
+        now = int((scene.centres()[:, 2] > bottom).sum())
+        if now < inside:
+            inside, left_last = now, O.time
+        elif O.time - left_last > PATIENCE * fall:
+            break
+    if inside > LEFT_BEHIND * number:
+        raise Failed(f"jammed: {number - inside} of {number} grains came out")
+    emptied = left_last
+    scene.remove_funnel()
+    while look("rest") > numerics["rest_energy"] or look("rest") > numerics["rest_energy"]:
+        if O.time - emptied > MOST_REST * fall:
+            raise Failed(f"the heap is not at rest {O.time - emptied:.2g} s after the last grain came out")
+    centres = scene.centres()
+    keep_grains(case, centres, scene.grains)
+    if centres[:, 2].min() < 0:
+        raise Failed(f"{int((centres[:, 2] < 0).sum())} grains were lost through the plate")
+    if (centres[:, 2] + scene.grains).max() > bottom:
+        raise Failed("the heap reaches the outlet; raise outlet_height_mm or take less powder")
+    try:
+        angle = heap.repose_angle(centres, scene.grains)
+    except heap.NoHeap as reason:
+        raise Failed(f"no heap: {reason}") from None
+    return {
+        "repose_angle_deg": angle.mean_deg,
+        "direction_error_deg": angle.standard_error_deg,
+        "bond_number": bond,
+        "grains": number,
+        "heap_height_mm": 1e3 * float((centres[:, 2] + scene.grains).max()),
+        "flow_time_s": emptied - opened,
+        "end_time_s": O.time,
+        "largest_overlap": overlap,
+    }
+
+
+def build(case: dict) -> tuple[PowderScene, float]:
+    """The scene at the start of the fill, and the Bond number."""
+    given, conditions, numerics = case["parameters"], case["conditions"], case["numerics"]
+    effects = Effects(EFFECTS, case)
+    radius = grain_radius(conditions["particle_diameter_um"], conditions["amplification"])
+    exponent = effects.at("exponent", numerics["surface_energy_exponent"])
+    pair = Pair(
+        *(given[f"powder_{k}"] for k in ("restitution", "static_friction", "rolling_friction", "surface_energy"))
+    )
+    wall_pair = Pair(*(given[f"powder_steel_{k}"] for k in ("restitution", "static_friction", "rolling_friction")))
+    pair, wall_pair = effects.at("pair", pair), effects.at("wall_pair", wall_pair)
+    energy = pair.surface_energy * (conditions["amplification"] / REFERENCE_AMPLIFICATION) ** exponent
+    softer = numerics["stiffness_scale"]
+    density = given["powder_density_kg_m3"]
+    powder = Material(density, softer * given["powder_shear_modulus_pa"], given["powder_poisson_ratio"])
+    number = round(1e-3 * conditions["powder_mass_g"] / grain_mass(radius, density))
+    if number < 50:
+        raise Failed(f"{number} grains make no heap; take more powder or a smaller amplification")
+    draw = np.random.default_rng(case["seed"])
+    scene = PowderScene(
+        radii(number, radius, effects.at("spread", numerics["size_spread"]), draw),
+        Funnel(
+            0.5e-3 * numerics["outlet_diameter_mm"],
+            0.5e-3 * numerics["funnel_diameter_mm"],
+            1e-3 * conditions["outlet_height_mm"],
+        ),
+        powder,
+        STEEL._replace(shear_modulus=softer * STEEL.shear_modulus),
+        pair._replace(surface_energy=energy),
+        wall_pair,
+        case["contact_law"],
+        numerics["time_step_fraction"],
+        numerics["rolling_spring"],
+        given["cohesive_frictional_damping"],
+        effects.at("drag", 0.0),
+        draw,
+    )
+    return scene, bond_number(energy, radius, density)
+
+
+def keep_grains(case: dict, centres: np.ndarray, grains: np.ndarray) -> None:
+    """Write x, y, z, radius (m) into the folder PELLET_STUDY_GRAINS names, if it does."""
+    folder = os.environ.get("PELLET_STUDY_GRAINS")
+    if folder:
+        table = np.column_stack([centres, grains])
+        np.savetxt(Path(folder) / f"{case['id']}.csv", table, delimiter=",", header="x_m,y_m,z_m,radius_m", comments="")
