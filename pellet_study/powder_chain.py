@@ -146,7 +146,7 @@ class Chain:
         base = SEEDS_A_STAGE * (1 + STAGES.index(stage)) + first
         cases, levels = [], []
         for k, point in enumerate(points):
-            level = {**middle, **point}
+            level = {name: round(float(x), 10) for name, x in {**middle, **point}.items()}
             levels.append(level)
             cases.append(
                 rigs.case(
@@ -159,7 +159,7 @@ class Chain:
                 )
             )
         found = dispatch.run(cases, self.store, workers=self.workers, quiet=self.quiet)
-        table = pd.DataFrame(levels).round(10)
+        table = pd.DataFrame(levels)
         table.insert(0, "seed", [case["seed"] for case in cases])
         table.insert(0, "stage", stage)
         for name in (OBSERVABLE, "direction_error_deg", "bond_number"):

@@ -1,0 +1,203 @@
+"""The repose rig: each parameter moves its own contact constant, runs repeat, verdicts are told, effects act."""
+
+from math import pi
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from pellet_study import dispatch, rigs
+from pellet_study.powder_chain import SYMBOLS
+from yade_scripts import contacts, powder_scene
+
+LAWS = ("cohesive_frictional", "hertz_mindlin")
+OWN = {  # the constant each parameter moves
+    "powder_restitution": "powder_damping",
+    "powder_static_friction": "powder_friction",
+    "powder_rolling_friction": "powder_rolling",
+    "powder_steel_restitution": "steel_damping",
+    "powder_steel_static_friction": "steel_friction",
+    "powder_steel_rolling_friction": "steel_rolling",
+    "powder_surface_energy": "powder_adhesion",
+}
+BASE = {
+    "powder_restitution": 0.2,
+    "powder_static_friction": 0.8,
+    "powder_rolling_friction": 0.25,
+    "powder_steel_restitution": 0.3,
+    "powder_steel_static_friction": 0.7,
+    "powder_steel_rolling_friction": 0.35,
+    "powder_surface_energy": 0.2,
+}
+SMALL = {"powder_mass_g": 3.0, "outlet_height_mm": 30.0}
+FUNNEL = {"outlet_diameter_mm": 20.0, "funnel_diameter_mm": 26.0}
+
+
+def small(rig="repose", law="cohesive_frictional", seed=1, effects=None, conditions=None, numerics=None, **parameters):
+    """A heap of some 180 grains."""
+    return rigs.case(
+        rig,
+        contact_law=law,
+        seed=seed,
+        parameters=BASE | parameters,
+        conditions=SMALL | (conditions or {}),
+        effects=effects,
+        numerics=FUNNEL | (numerics or {}),
+    )
+
+
+@pytest.fixture(scope="module")
+def store(tmp_path_factory):
+    return tmp_path_factory.mktemp("repose") / ".store"
+
+
+def run(store, cases):
+    return dispatch.run(cases, store, workers=1, quiet=True)
+
+
+@pytest.fixture(scope="module")
+def constants(store):
+    """The contact constants of both laws at BASE and with one parameter moved at a time."""
+    folders = rigs.FOLDERS
+    rigs.FOLDERS = [*folders, Path(__file__).parent / "powder_rigs"]
+    rigs.rig.cache_clear()
+    equal = {"size_spread": 0.0}
+    cases = {(law, None): small("powder_contacts", law, numerics=equal) for law in LAWS}
+    cases |= {
+        (law, name): small("powder_contacts", law, numerics=equal, **{name: BASE[name] + 0.1})
+        for law in LAWS
+        for name in OWN
+    }
+    rows = run(store, list(cases.values()))
+    rigs.FOLDERS = folders
+    rigs.rig.cache_clear()
+    assert set(rows["status"]) == {"ok"}, rows[["contact_law", "status"]].to_string()
+    return {key: row[list(set(OWN.values()) | {"steel_adhesion"})] for key, (_, row) in zip(cases, rows.iterrows(), strict=True)}
+
+
+@pytest.mark.parametrize("law", LAWS)
+@pytest.mark.parametrize("name", OWN)
+def test_each_parameter_moves_its_own_contact_constant_and_no_other(constants, law, name):
+    change = (constants[law, name] - constants[law, None]).astype(float).abs()
+    moved = set(change.index[change > 1e-9])
+    idle = law == "cohesive_frictional" and name == "powder_restitution"
+    assert moved == (set() if idle else {OWN[name]})
+
+
+@pytest.mark.parametrize("law", LAWS)
+def test_contact_constants_have_the_values_asked_for(constants, law):
+    found = constants[law, None]
+    assert found["powder_friction"] == pytest.approx(0.8)
+    assert found["steel_friction"] == pytest.approx(0.7)
+    assert found["powder_rolling"] == pytest.approx(0.25)
+    assert found["steel_rolling"] == pytest.approx(0.35)  # above the powder's: not clipped by it
+    assert found["powder_adhesion"] == pytest.approx(1.5 * pi * 0.2)
+    assert found["steel_damping"] == pytest.approx(contacts.damping_ratio(0.3))
+    if law == "hertz_mindlin":
+        assert found["powder_damping"] == pytest.approx(contacts.damping_ratio(0.2))
+
+
+def test_bond_number_of_the_source_papers_powder():
+    """1.9 at G = 0.1 J/m2 and 5.6 at 0.3 for R = 1.294 mm; kept by any amplification when G goes with its square."""
+    for energy, expected in ((0.1, 1.87), (0.3, 5.61)):
+        assert powder_scene.bond_number(energy, 1.294e-3, 1833.0) == pytest.approx(expected, abs=0.01)
+    for k in (4.0, 8.0):
+        radius = powder_scene.grain_radius(431.3, k)
+        assert powder_scene.bond_number(0.2 * (k / 6) ** 2, radius, 1833.0) == pytest.approx(3.74, abs=0.01)
+
+
+def test_radii_keep_the_mass():
+    drawn = powder_scene.radii(500, 1e-3, 0.3, np.random.default_rng(0))
+    assert np.mean(drawn**3) == pytest.approx(1e-9)
+    assert drawn.max() / drawn.min() > 1.5
+
+
+@pytest.fixture(scope="module")
+def heaps(store):
+    """All heaps of this file, in one campaign."""
+    cases = {
+        "plain": small(),
+        "other seed": small(seed=2),
+        "frictionless": small(powder_static_friction=0.0, powder_rolling_friction=0.0, powder_surface_energy=0.0),
+        "jammed": small(
+            powder_surface_energy=0.6, numerics={"vibration_mm": 0.0, "outlet_diameter_mm": 9.0}, conditions={"powder_mass_g": 4.0}
+        ),
+        "blown up": small(numerics={"time_step_fraction": 0.4}, law="hertz_mindlin", powder_restitution=0.05),
+        "no grains": small(conditions={"powder_mass_g": 1.0, "amplification": 7.0}),
+        "too high": small(conditions={"outlet_height_mm": 20.0, "powder_mass_g": 12.0}),
+        "size 4 scaled": small(conditions={"amplification": 5.0}),
+        "size 4 unscaled": small(conditions={"amplification": 5.0}, numerics={"surface_energy_exponent": 0.0}),
+    }
+    for effect, value in (
+        ("cohesion", {"surface_energy_j_m2": 0.3}),
+        ("rolling_resistance", {"rolling_friction": 0.2}),
+        ("liquid_bridges", {"surface_tension_n_m": 0.07}),
+        ("size_spread", {"added_spread": 0.2}),
+        ("wall_friction", {"added_friction": -0.4}),
+        ("air_drag", {"drag_coefficient": 2.0}),
+    ):
+        cases[effect] = small(effects={effect: value})
+    cases["amplification_size"] = small(
+        conditions={"amplification": 5.0}, effects={"amplification_size": {"exponent_error": 2.0}}
+    )
+    rows = run(store, list(cases.values()))
+    return {key: row for key, (_, row) in zip(cases, rows.iterrows(), strict=True)}
+
+
+def test_a_heap_comes_to_rest_and_says_how_steep_it_is(heaps):
+    heap = heaps["plain"]
+    assert heap["status"] == "ok"
+    assert 15 < heap["repose_angle_deg"] < 60
+    assert heap["grains"] == 180
+    assert heap["largest_overlap"] < 0.3
+    assert heap["heap_height_mm"] < 30
+
+
+def test_the_same_case_gives_the_same_bits_and_another_seed_another_heap(heaps, tmp_path):
+    again = dispatch.run([small()], tmp_path / ".store", workers=1, quiet=True).iloc[0]
+    assert again["repose_angle_deg"] == heaps["plain"]["repose_angle_deg"]
+    assert again["end_time_s"] == heaps["plain"]["end_time_s"]
+    assert heaps["other seed"]["repose_angle_deg"] != heaps["plain"]["repose_angle_deg"]
+
+
+@pytest.mark.parametrize(
+    ("name", "verdict"),
+    [
+        ("jammed", "jammed: "),
+        ("blown up", "blew up in the "),
+        ("no grains", "grains make no heap"),
+        ("too high", "the heap reaches the outlet"),
+    ],
+)
+def test_what_is_no_heap_is_told(heaps, name, verdict):
+    assert verdict in heaps[name]["status"]
+    assert np.isnan(heaps[name]["repose_angle_deg"])
+
+
+def test_every_effect_changes_the_heap_and_only_through_the_simulation(heaps):
+    for effect in rigs.rig("repose").effects:
+        other = heaps["size 4 scaled" if effect == "amplification_size" else "plain"]
+        assert heaps[effect]["status"] == "ok", effect
+        assert heaps[effect]["repose_angle_deg"] != other["repose_angle_deg"], effect
+
+
+def test_effects_reach_the_bond_number(heaps):
+    plain = heaps["plain"]["bond_number"]
+    assert heaps["cohesion"]["bond_number"] == pytest.approx(plain * 0.5 / 0.2)
+    assert heaps["liquid_bridges"]["bond_number"] == pytest.approx(plain * (0.2 + 4 / 3 * 0.07) / 0.2)
+    assert heaps["size 4 scaled"]["bond_number"] == pytest.approx(plain)
+    assert heaps["size 4 unscaled"]["bond_number"] == pytest.approx(plain * 1.44)
+    assert heaps["amplification_size"]["bond_number"] == pytest.approx(plain * 1.44)
+
+
+def test_grains_are_written_on_request(tmp_path, monkeypatch):
+    monkeypatch.setenv("PELLET_STUDY_GRAINS", str(tmp_path))
+    row = dispatch.run([small(seed=3)], tmp_path / ".store", workers=1, quiet=True).iloc[0]
+    from yade_scripts import heap
+
+    table = np.loadtxt(tmp_path / f"{row['id']}.csv", delimiter=",", skiprows=1)
+    assert heap.repose_angle(table[:, :3], table[:, 3]).mean_deg == pytest.approx(row["repose_angle_deg"], abs=1e-9)
+
+
+def test_the_chain_knows_the_rigs_parameters():
+    assert set(SYMBOLS.values()) == set(OWN)
