@@ -37,12 +37,22 @@ IDLE = {
 }
 SCALING_EXPONENT = dict(zip(SCALINGS, (2.0, 0.0), strict=True))
 SEEDS_A_STAGE = 10_000
-CENTRE_POINTS = 5
 CLIMB_POINTS = 6
 HALF_BOX = 2.0  # half-width of the surface's box, in steps of the climb
 MOVES = 3  # of climb or box, before it is given up
-FEWEST, MOST = 10, 30  # heaps of the validation
 WANTED_ERROR = 0.25  # deg, standard error of the validation's mean
+
+
+@dataclass(frozen=True)
+class Sizes:
+    """How many heaps: at the centre of each design, and at least and at most in the validation."""
+
+    centre_points: int
+    fewest: int
+    most: int
+
+
+FULL, QUICK = Sizes(5, 10, 30), Sizes(3, 4, 4)
 
 
 @dataclass(frozen=True)
@@ -73,7 +83,7 @@ class Plan:
         return IDLE.get(self.contact_law, {})
 
 
-def plan_of(study: Study, contact_law: str | None = None, mass_g: float | None = None) -> Plan:
+def plan_of(study: Study, contact_law: str | None = None) -> Plan:
     """The chain a study asks for.
 
     Raises
@@ -100,14 +110,11 @@ def plan_of(study: Study, contact_law: str | None = None, mass_g: float | None =
             factors.append(printed)
     known = rigs.rig(RIG).parameters
     moved = set(SYMBOLS.values())
-    conditions = dict(rows[0].conditions)
-    if mass_g is not None:
-        conditions["powder_mass_g"] = mass_g
     return Plan(
         contact_law or study.contact_law or "cohesive_frictional",
         factors,
         {name: s.value for name, s in study.parameters.items() if name in known and name not in moved},
-        conditions,
+        dict(rows[0].conditions),
         {"surface_energy_exponent": SCALING_EXPONENT[study.surface_energy_scaling]},
         float(value),
         sd,
@@ -119,17 +126,16 @@ def plan_of(study: Study, contact_law: str | None = None, mass_g: float | None =
 class Chain:
     """The chain of one study: its plan, its folder of results, its store.
 
-    `say` gets a line a stage.
+    `say` gets a line a stage; `decisions_from` is the folder of another chain's results, whose decisions stand for the
+    stages that are not done here.
     """
 
     plan: Plan
     folder: Path
     store: Path
+    sizes: Sizes = FULL
     workers: int | None = None
     quiet: bool = False
-    centre_points: int = CENTRE_POINTS
-    most_heaps: int = MOST
-    fewest_heaps: int = FEWEST
     say: Callable[[str], None] = print
     decisions_from: Path | None = None
 
@@ -216,7 +222,7 @@ class Chain:
     def screening(self) -> dict:
         """Plackett-Burman with centre points: which parameters move the angle."""
         factors = self.plan.factors
-        coded = plackett_burman.coded_matrix(len(factors), centre_points=self.centre_points)
+        coded = plackett_burman.coded_matrix(len(factors), centre_points=self.sizes.centre_points)
         points = [{f.name: float(f.physical(x)) for f, x in zip(factors, row, strict=True)} for row in coded]
         self.write("screening", "design", pd.DataFrame(points).round(10))
         runs = self.heaps("screening", points)
@@ -287,7 +293,7 @@ class Chain:
         known = rigs.rig(RIG).parameters
         moves, everything = [], []
         for move in range(MOVES):
-            coded = box_behnken.coded_matrix(len(factors), self.centre_points)
+            coded = box_behnken.coded_matrix(len(factors), self.sizes.centre_points)
             points = [{f.name: float(f.physical(x)) for f, x in zip(factors, row, strict=True)} for row in coded]
             self.write("surface", "design", pd.DataFrame(points).round(10))
             runs = self.heaps("surface", points, first=1000 * move)
@@ -371,14 +377,14 @@ class Chain:
         chosen = self.decision("optimum")
         (self.folder / "validation").mkdir(parents=True, exist_ok=True)
         validation.declare_margin(self.folder / "validation" / "margin.json", self.plan.margin, "deg")
-        point, heaps = chosen["point"], self.fewest_heaps
+        point, heaps = chosen["point"], self.sizes.fewest
         while True:
             runs = self.heaps("validation", [point] * heaps)
             good = self.good(runs, "validation", 2)[OBSERVABLE]
             error = float(good.std(ddof=1) / np.sqrt(len(good)))
-            if error <= WANTED_ERROR or heaps >= self.most_heaps:
+            if error <= WANTED_ERROR or heaps >= self.sizes.most:
                 break
-            heaps = min(self.most_heaps, max(heaps + 1, int(np.ceil(heaps * (error / WANTED_ERROR) ** 2))))
+            heaps = min(self.sizes.most, max(heaps + 1, int(np.ceil(heaps * (error / WANTED_ERROR) ** 2))))
         self.write("validation", "runs", runs)
         tested = validation.equivalence(
             validation.sample_of(good),
@@ -419,7 +425,8 @@ class Chain:
                 decision = getattr(self, stage)()
                 self.say(f"  {stage}: {summary(stage, decision)}")
                 self.gather()
-        return {s: self.decision(s) for s in STAGES if (self.folder / s / "decision.json").exists()}
+        folders = [folder for folder in (self.folder, self.decisions_from) if folder is not None]
+        return {s: self.decision(s) for s in STAGES if any((f / s / "decision.json").exists() for f in folders)}
 
     def gather(self) -> None:
         """runs.csv: a row a heap of every stage done so far."""
@@ -444,7 +451,7 @@ def scatter(runs: pd.DataFrame) -> float | None:
 
 def effects_table(plan: Plan, found, errors: dict) -> pd.DataFrame:
     """Our effects with their standard errors beside the paper's Table 8, sign by sign."""
-    printed = paper.table(8).set_index("Parameters")["Stdized effects"]
+    printed = {name: float(cells["Stdized effects"]) for name, cells in paper.printed_cells(8).items()}
     rows = []
     for name, effect in found.effects.items():
         clear = abs(effect) > 2 * errors[name]

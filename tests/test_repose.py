@@ -72,7 +72,10 @@ def constants(store):
     rigs.FOLDERS = folders
     rigs.rig.cache_clear()
     assert set(rows["status"]) == {"ok"}, rows[["contact_law", "status"]].to_string()
-    return {key: row[list(set(OWN.values()) | {"steel_adhesion"})] for key, (_, row) in zip(cases, rows.iterrows(), strict=True)}
+    return {
+        key: row[list(set(OWN.values()) | {"steel_adhesion"})]
+        for key, (_, row) in zip(cases, rows.iterrows(), strict=True)
+    }
 
 
 @pytest.mark.parametrize("law", LAWS)
@@ -120,13 +123,15 @@ def heaps(store):
         "other seed": small(seed=2),
         "frictionless": small(powder_static_friction=0.0, powder_rolling_friction=0.0, powder_surface_energy=0.0),
         "jammed": small(
-            powder_surface_energy=0.6, numerics={"vibration_mm": 0.0, "outlet_diameter_mm": 9.0}, conditions={"powder_mass_g": 4.0}
+            powder_surface_energy=0.6,
+            numerics={"vibration_mm": 0.0, "outlet_diameter_mm": 9.0},
+            conditions={"powder_mass_g": 4.0},
         ),
         "blown up": small(numerics={"time_step_fraction": 0.4}, law="hertz_mindlin", powder_restitution=0.05),
         "no grains": small(conditions={"powder_mass_g": 1.0, "amplification": 7.0}),
         "too high": small(conditions={"outlet_height_mm": 20.0, "powder_mass_g": 12.0}),
-        "size 4 scaled": small(conditions={"amplification": 5.0}),
-        "size 4 unscaled": small(conditions={"amplification": 5.0}, numerics={"surface_energy_exponent": 0.0}),
+        "size 5 scaled": small(conditions={"amplification": 5.0}),
+        "size 5 unscaled": small(conditions={"amplification": 5.0}, numerics={"surface_energy_exponent": 0.0}),
     }
     for effect, value in (
         ("cohesion", {"surface_energy_j_m2": 0.3}),
@@ -176,7 +181,7 @@ def test_what_is_no_heap_is_told(heaps, name, verdict):
 
 def test_every_effect_changes_the_heap_and_only_through_the_simulation(heaps):
     for effect in rigs.rig("repose").effects:
-        other = heaps["size 4 scaled" if effect == "amplification_size" else "plain"]
+        other = heaps["size 5 scaled" if effect == "amplification_size" else "plain"]
         assert heaps[effect]["status"] == "ok", effect
         assert heaps[effect]["repose_angle_deg"] != other["repose_angle_deg"], effect
 
@@ -185,8 +190,8 @@ def test_effects_reach_the_bond_number(heaps):
     plain = heaps["plain"]["bond_number"]
     assert heaps["cohesion"]["bond_number"] == pytest.approx(plain * 0.5 / 0.2)
     assert heaps["liquid_bridges"]["bond_number"] == pytest.approx(plain * (0.2 + 4 / 3 * 0.07) / 0.2)
-    assert heaps["size 4 scaled"]["bond_number"] == pytest.approx(plain)
-    assert heaps["size 4 unscaled"]["bond_number"] == pytest.approx(plain * 1.44)
+    assert heaps["size 5 scaled"]["bond_number"] == pytest.approx(plain)
+    assert heaps["size 5 unscaled"]["bond_number"] == pytest.approx(plain * 1.44)
     assert heaps["amplification_size"]["bond_number"] == pytest.approx(plain * 1.44)
 
 

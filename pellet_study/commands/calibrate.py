@@ -34,11 +34,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--results", metavar="FOLDER", type=Path, help="where the results go (the study itself); made where missing"
     )
     parser.add_argument("--workers", type=int, metavar="N", help="YADE processes at once (one a core)")
-    parser.add_argument("--powder-mass-g", type=float, metavar="G", help="powder of a heap, for a quick look")
-    parser.add_argument("--centre-points", type=int, metavar="N", help="heaps at the centre of each design (5)")
-    parser.add_argument("--validation-heaps", type=int, nargs=2, metavar=("LEAST", "MOST"), help="(10 30)")
     parser.add_argument(
-        "--read-from", metavar="FOLDER", type=Path, help="results whose decisions stand for stages not done here"
+        "--quick",
+        metavar="FOLDER",
+        type=Path,
+        help="screening and a small validation; the other stages read from FOLDER",
     )
 
 
@@ -48,28 +48,21 @@ def run(arguments: argparse.Namespace) -> dict:
 
     if arguments.until and arguments.only:
         raise InputError("--until and --only exclude each other: give one")
-    if arguments.centre_points is not None and arguments.centre_points < 2:
-        raise InputError(f"--centre-points {arguments.centre_points}: expected 2 or more, for the scatter over seeds")
-    fewest, most = arguments.validation_heaps or (powder_chain.FEWEST, powder_chain.MOST)
-    if not 2 <= fewest <= most:
-        raise InputError(f"--validation-heaps {fewest} {most}: expected LEAST of 2 or more, MOST not below it")
+    if arguments.quick and not (arguments.quick / "optimum" / "decision.json").exists():
+        raise InputError(f"--quick {arguments.quick}: expected the results of a chain that was run to the optimum")
     stages = powder_chain.STAGES
+    if arguments.quick:
+        stages = ("screening", "validation")
     if arguments.only:
         stages = (arguments.only,)
     elif arguments.until:
-        stages = stages[: stages.index(arguments.until) + 1]
+        stages = powder_chain.STAGES[: powder_chain.STAGES.index(arguments.until) + 1]
     folder = arguments.results or arguments.study
-    plan = powder_chain.plan_of(study.load(arguments.study), arguments.contact_law, arguments.powder_mass_g)
+    plan = powder_chain.plan_of(study.load(arguments.study), arguments.contact_law)
     folder.mkdir(parents=True, exist_ok=True)
+    sizes = powder_chain.QUICK if arguments.quick else powder_chain.FULL
     chain = powder_chain.Chain(
-        plan,
-        folder,
-        folder / ".store",
-        workers=arguments.workers,
-        centre_points=arguments.centre_points or powder_chain.CENTRE_POINTS,
-        fewest_heaps=fewest,
-        most_heaps=most,
-        decisions_from=arguments.read_from,
+        plan, folder, folder / ".store", sizes, workers=arguments.workers, decisions_from=arguments.quick
     )
     decisions = chain.run(stages)
     print(powder_report.write(chain, decisions))

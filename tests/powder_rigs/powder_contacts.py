@@ -31,7 +31,9 @@ def simulate(case: dict) -> dict:
             elif any(isinstance(shape, Box) for shape in shapes):
                 radius = next(shape.radius for shape in shapes if isinstance(shape, Sphere))
                 found.setdefault("steel", (contact.phys, [radius, radius]))
-    return {f"{pair}_{k}": v for pair, contact in found.items() for k, v in zip(CONSTANTS, constants(*contact), strict=True)}
+    return {
+        f"{pair}_{k}": v for pair, contact in found.items() for k, v in zip(CONSTANTS, constants(*contact), strict=True)
+    }
 
 
 def constants(phys, radii) -> tuple[float, float, float, float]:

@@ -1,0 +1,168 @@
+"""The powder chain as a driver, on a stub in place of the simulator: a formula with noise, some of its heaps jammed."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pellet_study import powder_chain, powder_report, study
+from pellet_study.__main__ import main
+from pellet_study.errors import InputError, SimulationError
+from pellet_study.powder_chain import SYMBOLS
+
+SLOPES = {"B": -1.5, "C": 3.5, "G": 3.7}  # per coded unit of Table 6, half the paper's effects
+
+
+class Formula:
+    """Stands for dispatch.run: angle = level + slopes + noise of the seed; counts the heaps asked for."""
+
+    def __init__(self, level=40.75, slopes=SLOPES, noise=0.4, jammed=()):
+        self.level, self.slopes, self.noise, self.jammed, self.asked = level, slopes, noise, jammed, []
+
+    def run(self, cases, store, *, workers=None, quiet=False):
+        factors = {f.name: f for f in powder_chain.screening_factors()}
+        rows = []
+        for case in cases:
+            self.asked.append(case["seed"])
+            angle = self.level + self.noise * np.random.default_rng(case["seed"]).normal()
+            angle += sum(k * factors[n].coded(case["parameters"][SYMBOLS[n]]) for n, k in self.slopes.items())
+            lost = case["seed"] in self.jammed
+            rows.append(
+                {
+                    "id": f"{case['seed']}",
+                    "repose_angle_deg": None if lost else angle,
+                    "direction_error_deg": None if lost else 0.3,
+                    "bond_number": 3.7,
+                    "status": "jammed: 400 of 1503 grains came out" if lost else "ok",
+                }
+            )
+        return pd.DataFrame(rows)
+
+
+@pytest.fixture
+def powder(tmp_path):
+    """A study folder with the paper's measured angle."""
+    folder = tmp_path / "powder"
+    folder.mkdir()
+    (folder / "study.toml").write_text('title = "powder"\n')
+    (folder / "measurements.csv").write_text("rig,observable,value,sd\nrepose,repose_angle_deg,41.69,0.79\n")
+    return folder
+
+
+def chain_of(folder: Path, stub: Formula, monkeypatch, **more) -> powder_chain.Chain:
+    monkeypatch.setattr(powder_chain, "dispatch", stub)
+    plan = powder_chain.plan_of(study.load(folder))
+    return powder_chain.Chain(plan, folder, folder / ".store", say=lambda line: None, **more)
+
+
+def test_the_chain_finds_a_setting_with_the_target_angle(powder, monkeypatch):
+    stub = Formula()
+    chain = chain_of(powder, stub, monkeypatch)
+    decisions = chain.run()
+    assert list(decisions) == list(powder_chain.STAGES)
+    assert decisions["screening"]["factors"] == ["B", "C", "G"]
+    assert decisions["climb"]["reached"]
+    point = decisions["optimum"]["point"]
+    factors = {f.name: f for f in chain.plan.factors}
+    true = stub.level + sum(k * factors[n].coded(point[n]) for n, k in SLOPES.items())
+    assert true == pytest.approx(41.69, abs=0.6)
+    found = decisions["validation"]
+    assert found["mean_deg"] == pytest.approx(true, abs=0.5)
+    assert found["standard_error_deg"] <= powder_chain.WANTED_ERROR
+    assert found["heaps"] >= 10
+    assert len(set(stub.asked)) == sum(
+        d.get("heaps", 0) for d in decisions.values()
+    )  # every heap has a seed of its own
+    runs = pd.read_csv(powder / "runs.csv")
+    assert len(runs) == len(set(runs["seed"])) == len(set(stub.asked))
+    text = powder_report.write(chain, decisions)
+    assert "validation" in text and "not represented" in text
+    for picture in ("screening/pareto.png", "climb/climb.png", "optimum/surface.png", "surface/predicted_observed.png"):
+        assert (powder / picture).stat().st_size > 5000
+    json.dumps(powder_report.answer(decisions), allow_nan=False)
+
+
+def test_the_measured_effects_are_recovered_with_honest_errors(powder, monkeypatch):
+    chain_of(powder, Formula(), monkeypatch).run(["screening"])
+    effects = pd.read_csv(powder / "screening" / "effects.csv").set_index("factor")
+    for name, slope in SLOPES.items():
+        row = effects.loc[name]
+        assert row["effect_deg"] == pytest.approx(2 * slope, abs=3 * row["standard_error_deg"])
+        assert row["sign"] == "as the paper"
+    assert 0.1 < effects["standard_error_deg"].iloc[0] < 0.5  # noise 0.4: 0.4 * 2 / sqrt(12) = 0.23
+    assert effects.loc["A", "sign"] == "not represented"
+
+
+def test_stages_can_be_stopped_resumed_and_done_again(powder, monkeypatch):
+    chain = chain_of(powder, Formula(), monkeypatch)
+    with pytest.raises(InputError, match="screening was not run"):
+        chain.run(["climb"])
+    chain.run(["screening", "climb"])
+    before = (powder / "climb" / "decision.json").read_text()
+    again = chain_of(powder, Formula(), monkeypatch)
+    again.run(["climb"])
+    assert (powder / "climb" / "decision.json").read_text() == before
+    assert list(again.run(["surface"])) == ["screening", "climb", "surface"]
+
+
+def test_jammed_heaps_are_left_out_and_counted(powder, monkeypatch):
+    said = []
+    chain = chain_of(powder, Formula(jammed={10_002, 30_001}), monkeypatch)
+    chain.say = said.append
+    decisions = chain.run()
+    assert decisions["screening"]["lost"] == 1 and decisions["surface"]["lost"] == 1
+    assert any("seed 10002" in line and "jammed" in line for line in said)
+    runs = pd.read_csv(powder / "runs.csv")
+    assert runs.loc[runs["seed"] == 10_002, "repose_angle_deg"].isna().all()
+    with pytest.raises(SimulationError, match="only"):
+        chain_of(powder, Formula(jammed=range(10_000, 10_012)), monkeypatch).run(["screening"])
+
+
+def test_a_target_outside_the_box_moves_it_and_is_met_by_no_extrapolation(powder, monkeypatch):
+    decisions = chain_of(powder, Formula(level=31.5), monkeypatch).run()
+    factors = {f.name: f for f in powder_chain.screening_factors()}
+    point = decisions["optimum"]["point"]
+    assert decisions["climb"]["moves"] + len(decisions["surface"]["boxes"]) > 1
+    assert abs(factors["C"].coded(point["C"])) > 1 or abs(factors["G"].coded(point["G"])) > 1
+    for name, (low, high) in decisions["optimum"]["box"].items():
+        assert min(low, high) - 1e-9 <= point[name] <= max(low, high) + 1e-9
+    assert decisions["validation"]["mean_deg"] == pytest.approx(41.69, abs=1.5)
+
+
+def test_a_target_out_of_reach_is_said(powder, monkeypatch):
+    decisions = chain_of(powder, Formula(level=5.0, slopes={"C": 0.5, "G": 0.4, "B": -0.3}), monkeypatch).run()
+    assert not decisions["climb"]["reached"]
+    assert not decisions["optimum"]["reachable"]
+    assert not decisions["validation"]["equivalent"]
+
+
+def test_the_margin_is_declared_before_and_not_changed_after(powder, monkeypatch):
+    chain = chain_of(powder, Formula(), monkeypatch)
+    chain.run()
+    assert json.loads((powder / "validation" / "margin.json").read_text())["margin"] == 0.79
+    (powder / "measurements.csv").write_text("rig,observable,value,sd\nrepose,repose_angle_deg,41.69,2.0\n")
+    with pytest.raises(InputError, match="margin"):
+        chain_of(powder, Formula(), monkeypatch).run(["validation"])
+
+
+def test_the_quick_chain_reads_the_stages_it_does_not_do(powder, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(powder_chain, "dispatch", Formula())
+    full, quick = powder, tmp_path / "quick"
+    assert main(["calibrate", str(full)]) == 0
+    assert main(["calibrate", str(full), "--results", str(quick), "--quick", str(full)]) == 0
+    text = capsys.readouterr().out.split("results in")[1]
+    assert f"(read from {full})" in text
+    assert len(pd.read_csv(quick / "validation" / "runs.csv")) == 4
+    shared = pd.read_csv(quick / "screening" / "runs.csv").merge(pd.read_csv(full / "runs.csv"), on=["stage", "seed"])
+    assert (shared["repose_angle_deg_x"] == shared["repose_angle_deg_y"]).all()
+
+
+def test_studies_without_a_measured_angle_are_refused(powder):
+    (powder / "measurements.csv").write_text("rig,observable,value,sd\nrebound,rebound_height_mm,8.01,0.1\n")
+    with pytest.raises(InputError, match="repose"):
+        powder_chain.plan_of(study.load(powder))
+    (powder / "measurements.csv").write_text("rig,observable,value\nrepose,repose_angle_deg,41.69\n")
+    with pytest.raises(InputError, match="sd"):
+        powder_chain.plan_of(study.load(powder))
