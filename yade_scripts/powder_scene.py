@@ -45,7 +45,7 @@ class Effects(acting.Effects):
         here = [
             SimpleNamespace(
                 EFFECT={"name": module.EFFECT["name"], "parameters": parameters(module)},
-                SEED_SCENE=module.POWDER_SCENE,
+                SEED_SCENE=getattr(module, "POWDER_SCENE", {}),
             )
             for module in modules
         ]

@@ -117,6 +117,7 @@ RIG = {
         "largest_overlap": "of two bodies at any look, in the mean radius",
     },
     "random": True,
+    "seeds": 4,
     "time_limit_s": 3600.0,
 }
 
