@@ -366,7 +366,7 @@ class Chain:
         file = self.folder / "surface" / "runs.csv"
         if not file.exists() and self.decisions_from is not None:
             file = self.decisions_from / "surface" / "runs.csv"
-        runs = pd.read_csv(file)
+        runs = pd.read_csv(file, float_precision="round_trip")
         last = runs[(runs["box"] == runs["box"].max()) & (runs["verdict"] == "ok")]
         units = {f.name: f.unit for f in self.plan.factors}
         factors = [Factor(name, *levels, units[name]) for name, levels in decision["box"].items()]
@@ -430,7 +430,9 @@ class Chain:
 
     def gather(self) -> None:
         """runs.csv: a row a heap of every stage done so far."""
-        tables = [pd.read_csv(f) for s in STAGES if (f := self.folder / s / "runs.csv").exists()]
+        tables = [
+            pd.read_csv(f, float_precision="round_trip") for s in STAGES if (f := self.folder / s / "runs.csv").exists()
+        ]
         if tables:
             pd.concat(tables, ignore_index=True).to_csv(self.folder / "runs.csv", index=False, lineterminator="\n")
 
