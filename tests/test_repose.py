@@ -129,9 +129,9 @@ def heaps(store):
         ),
         "blown up": small(numerics={"time_step_fraction": 0.4}, law="hertz_mindlin", powder_restitution=0.05),
         "no grains": small(conditions={"powder_mass_g": 1.0, "amplification": 7.0}),
-        "too high": small(conditions={"outlet_height_mm": 20.0, "powder_mass_g": 12.0}),
-        "size 5 scaled": small(conditions={"amplification": 5.0}),
-        "size 5 unscaled": small(conditions={"amplification": 5.0}, numerics={"surface_energy_exponent": 0.0}),
+        "too high": small(conditions={"outlet_height_mm": 20.0, "powder_mass_g": 13.0, "amplification": 8.0}),
+        "size 7 scaled": small(conditions={"amplification": 7.0}),
+        "size 7 unscaled": small(conditions={"amplification": 7.0}, numerics={"surface_energy_exponent": 0.0}),
     }
     for effect, value in (
         ("cohesion", {"surface_energy_j_m2": 0.3}),
@@ -143,7 +143,7 @@ def heaps(store):
     ):
         cases[effect] = small(effects={effect: value})
     cases["amplification_size"] = small(
-        conditions={"amplification": 5.0}, effects={"amplification_size": {"exponent_error": 2.0}}
+        conditions={"amplification": 7.0}, effects={"amplification_size": {"exponent_error": 2.0}}
     )
     rows = run(store, list(cases.values()))
     return {key: row for key, (_, row) in zip(cases, rows.iterrows(), strict=True)}
@@ -181,7 +181,7 @@ def test_what_is_no_heap_is_told(heaps, name, verdict):
 
 def test_every_effect_changes_the_heap_and_only_through_the_simulation(heaps):
     for effect in rigs.rig("repose").effects:
-        other = heaps["size 5 scaled" if effect == "amplification_size" else "plain"]
+        other = heaps["size 7 scaled" if effect == "amplification_size" else "plain"]
         assert heaps[effect]["status"] == "ok", effect
         assert heaps[effect]["repose_angle_deg"] != other["repose_angle_deg"], effect
 
@@ -190,9 +190,9 @@ def test_effects_reach_the_bond_number(heaps):
     plain = heaps["plain"]["bond_number"]
     assert heaps["cohesion"]["bond_number"] == pytest.approx(plain * 0.5 / 0.2)
     assert heaps["liquid_bridges"]["bond_number"] == pytest.approx(plain * (0.2 + 4 / 3 * 0.07) / 0.2)
-    assert heaps["size 5 scaled"]["bond_number"] == pytest.approx(plain)
-    assert heaps["size 5 unscaled"]["bond_number"] == pytest.approx(plain * 1.44)
-    assert heaps["amplification_size"]["bond_number"] == pytest.approx(plain * 1.44)
+    assert heaps["size 7 scaled"]["bond_number"] == pytest.approx(plain)
+    assert heaps["size 7 unscaled"]["bond_number"] == pytest.approx(plain * 36 / 49)
+    assert heaps["amplification_size"]["bond_number"] == pytest.approx(plain * 36 / 49)
 
 
 def test_grains_are_written_on_request(tmp_path, monkeypatch):
