@@ -24,6 +24,7 @@ if __name__ == "__main__":  # by hand: yade -x -n repose.py cases.json observabl
 import os
 from math import sqrt
 from pathlib import Path
+from types import SimpleNamespace
 
 import numpy as np
 
@@ -53,6 +54,12 @@ from yade_scripts.powder_scene import (
     radii,
 )
 
+
+def drag_coefficient(drag: float, values) -> float:
+    """Drag coefficient of every grain, for YADE's DragEngine (air_drag itself gives the force on a seed)."""
+    return drag + values["drag_coefficient"]
+
+
 TABLE_1 = "source paper, Table 1"
 EFFECTS = (
     cohesion,
@@ -60,7 +67,7 @@ EFFECTS = (
     liquid_bridges,
     size_spread,
     wall_friction,
-    air_drag,
+    SimpleNamespace(EFFECT=air_drag.EFFECT, POWDER_SCENE={"drag": drag_coefficient}),
     amplification_size,
 )
 RIG = {

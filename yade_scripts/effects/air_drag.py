@@ -18,7 +18,6 @@ EFFECT = {
     "rigs": {
         "rebound": "high drops of small seeds rebound lower",
         "inclined_roll": "long and steep runs of small seeds end earlier",
-        "repose": "grains land more slowly after a deep fall: the heap is a little steeper",
     },
     "signature": "the loss grows with the length of the path, like 1/(density x diameter): small seeds show more",
     "source": "Clift, Grace & Weber 1978, Bubbles, Drops, and Particles, ISBN 978-0-12-176950-5; "
@@ -34,11 +33,3 @@ def force(newtons, velocity, volume: float, values):
 
 
 SEED_SCENE = {"force": force}
-
-
-def coefficient(drag: float, values) -> float:
-    """Drag coefficient of every grain, for YADE's DragEngine."""
-    return drag + values["drag_coefficient"]
-
-
-POWDER_SCENE = {"drag": coefficient}
