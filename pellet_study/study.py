@@ -23,6 +23,7 @@ KEYS = (
     "surface_energy_scaling",
     "effort",
 )
+LARGEST = 1_000_000  # bytes
 CONTACT_LAWS = ("hertz_mindlin", "cohesive_frictional")
 EFFORT = (0.5, 100.0)  # simulations of the rigs on YADE, as a multiple of the least that answers
 SCALINGS = ("bond_number", "none")
@@ -110,16 +111,7 @@ def load(folder: Path) -> Study:
     """
     folder = Path(folder)
     file = folder / "study.toml"
-    try:
-        text = file.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise InputError(f"{file}: no such file; a study is a folder with study.toml and measurements.csv") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{file}: cannot be read: {error}") from None
-    try:
-        given = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{file}: no valid TOML: {error}") from None
+    given = _toml_in(file)
     for key in given:
         if key not in KEYS:
             raise InputError(f"{file}: {key!r} is unknown{nearest(key, KEYS)}")
@@ -141,6 +133,22 @@ def load(folder: Path) -> Study:
     )
     check(study, f"{file}: ")
     return study
+
+
+def _toml_in(file: Path) -> dict:
+    """What study.toml says."""
+    try:
+        if file.exists() and (not file.is_file() or file.stat().st_size > LARGEST):
+            raise InputError(f"{file}: expected a text file of at most {LARGEST} bytes")
+        return tomllib.loads(file.read_text(encoding="utf-8-sig"))
+    except FileNotFoundError:
+        raise InputError(f"{file}: no such file; a study is a folder with study.toml and measurements.csv") from None
+    except UnicodeDecodeError as error:
+        raise InputError(f"{file}: no UTF-8 text ({error.reason} at byte {error.start}); save it as UTF-8") from None
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise InputError(f"{file}: no valid TOML: {error}") from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"{file}: cannot be read: {error}") from None
 
 
 def check(study: Study, where: str = "") -> None:
@@ -165,7 +173,11 @@ def check(study: Study, where: str = "") -> None:
 
 def _inside(folder: Path, file: Path, name: str) -> Path:
     path = folder / name
-    if not path.resolve().is_relative_to(folder.resolve()):
+    try:
+        inside = path.resolve().is_relative_to(folder.resolve())
+    except (OSError, RuntimeError, ValueError) as error:  # links in a circle; no path at all
+        raise InputError(f"{file}: measurements {name!r} is no path: {error}") from None
+    if not inside:
         raise InputError(f"{file}: measurements {name!r} lies outside the study; copy the file into {folder}")
     return path
 
@@ -174,6 +186,8 @@ def _text(file: Path, given: dict, key: str, default: str) -> str:
     value = given.get(key, default)
     if not isinstance(value, str):
         raise InputError(f"{file}: {key}: expected text in quotes, got {value!r}")
+    if not value.isprintable():
+        raise InputError(f"{file}: {key}: expected one line of text without control characters, got {value!r}")
     return value
 
 
@@ -195,9 +209,13 @@ def _setting(where: str, given, limits: tuple[float, float] = (-math.inf, math.i
     """A number, or {value, min, max}."""
 
     def number(key: str, value) -> float:
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-            raise InputError(f"{where}: {key}: expected a finite number, got {value!r}")
-        return float(value)
+        try:
+            found = float(value) if isinstance(value, (int, float)) and not isinstance(value, bool) else math.nan
+        except OverflowError:
+            found = math.inf
+        if not math.isfinite(found):
+            raise InputError(f"{where}: {key}: expected a finite number, got {str(value)[:60]!r}")
+        return found
 
     if not isinstance(given, dict):
         setting = Setting(number("value", given))
