@@ -1,9 +1,13 @@
 """A study folder: study.toml, its measurements, and effects and rigs of the user's own."""
 
+import fcntl
+import logging
 import math
+import os
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,6 +16,7 @@ from pellet_study.catalogue import Catalogue, nearest
 from pellet_study.errors import InputError
 from pellet_study.measurements import Measurement, read
 
+log = logging.getLogger(__name__)
 KEYS = (
     "title",
     "measurements",
@@ -303,6 +308,24 @@ def _possible(file: Path, given: dict, catalogue: Catalogue) -> dict[str, dict[s
             if rig.conditions[condition].get("positive") and found[name][condition][0] <= 0:
                 raise InputError(f"{where}: expected more than 0")
     return found
+
+
+@contextmanager
+def alone(folder: Path) -> Iterator[None]:
+    """Hold a study while its study.toml and history are edited; a second command that edits them waits."""
+    if not folder.is_dir():
+        yield
+        return
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            log.info("waiting for another command that edits %s", folder)
+            fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(descriptor)
 
 
 def write_effect(file: Path, name: str, values: Mapping[str, Setting]) -> None:

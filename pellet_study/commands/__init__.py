@@ -24,3 +24,6 @@ COMMANDS = {
 
 SIMULATING = ("doctor", "bench", "compare", "diagnose", "add", "drop", "refine")
 """Commands that may simulate, and take --scheduler and --time-limit."""
+
+EDITING = ("add", "drop", "refine")
+"""Commands that edit study.toml and the history: one at a time on a study."""
