@@ -109,7 +109,7 @@ def test_killed_for_memory_is_no_outcome_of_the_case(tmp_path, faulty, fault, wo
     cases = [faulty(1), faulty(2, fault), faulty(3)]
     for _ in range(2):
         with pytest.raises(SimulationError, match=f"1 of .* killed, most likely for want of memory .*{word}"):
-            dispatch.run(cases, tmp_path)
+            dispatch.run(cases, tmp_path, time_limit_s=60)
         assert rows(tmp_path) == 2
 
 
@@ -121,7 +121,7 @@ def test_killed_once_for_memory_is_tried_again_alone(tmp_path, faulty, monkeypat
 
 def test_a_system_that_fails_a_case_stops_the_campaign_and_is_no_outcome(tmp_path, faulty):
     with pytest.raises(SimulationError, match="No space left on device.*call again"):
-        dispatch.run([faulty(1, FULL_DISK), faulty(2, FULL_DISK)], tmp_path)
+        dispatch.run([faulty(1, FULL_DISK), faulty(2, FULL_DISK)], tmp_path, time_limit_s=60)
     assert rows(tmp_path) == 0 and simulating(tmp_path) == []
 
 
