@@ -132,6 +132,14 @@ def _load(file: Path):
     return module
 
 
+def _own(declared_by: Callable, file: Path, **more):
+    """What a file of the study's own declares; a mistake in it is named."""
+    try:
+        return declared_by(_load(file), file, **more)
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{file}: its declaration cannot be used: {type(error).__name__}: {error}") from error
+
+
 def rig_from(module, file: Path | None = None) -> Rig:
     """The rig a module declares.
 
@@ -209,8 +217,8 @@ def standard() -> Catalogue:
 def of_study(folder: Path) -> Catalogue:
     """The package's rigs and effects and those of a study's `rigs/` and `effects/`."""
     base = standard()
-    rigs = [rig_from(_load(file), file) for file in _declaring(folder / "rigs", "RIG")]
-    effects = [effect_from(_load(file), file, own=file) for file in _declaring(folder / "effects", "EFFECT")]
+    rigs = [_own(rig_from, file) for file in _declaring(folder / "rigs", "RIG")]
+    effects = [_own(effect_from, file, own=file) for file in _declaring(folder / "effects", "EFFECT")]
     everything = {**base.effects, **{e.name: e for e in effects}}
     return Catalogue(
         {**base.rigs, **{r.name: r for r in rigs}},

@@ -15,7 +15,7 @@ COLUMNS = ("rig", "observable", "value", "sd", "n", "setup", "setup_sd", "split"
 REQUIRED = ("rig", "observable", "value")
 SPLITS = ("fit", "holdout")
 LONGEST_LINE = 1_000_000
-CONTROL = re.compile(r"[\x00-\x08\x0b-\x1f\x7f]")
+STRANGE = re.compile("[\x00-\x08\x0b-\x1f\x7f\udc80-\udcff]")  # control characters; bytes that are no UTF-8
 
 
 @dataclass(frozen=True, slots=True)
@@ -79,28 +79,25 @@ def _lines(file: Path) -> Iterator[str]:
     try:
         if file.exists() and not file.is_file():
             raise InputError(f"{file}: expected a file of comma-separated values, found something else")
-        with open(file, encoding="utf-8-sig") as stream:
+        with open(file, encoding="utf-8-sig", errors="surrogateescape") as stream:
             for number in count(1):
                 line = stream.readline(LONGEST_LINE + 1)
                 if len(line) > LONGEST_LINE:
                     raise InputError(
                         f"{file}: line {number}: longer than {LONGEST_LINE} characters; a row is a line of its own"
                     )
-                strange = CONTROL.search(line)
+                strange = STRANGE.search(line)
                 if strange:
+                    byte = ord(strange[0]) - (0xDC00 if strange[0] >= "\udc80" else 0)
                     raise InputError(
-                        f"{file}: line {number}: holds {strange[0]!r}, which is no text; save the table as CSV, UTF-8"
+                        f"{file}: line {number}: holds the byte 0x{byte:02x}, which is no UTF-8 text; save the table as CSV, "
+                        "UTF-8"
                     )
                 if not line:
                     return
                 yield line
     except FileNotFoundError:
         raise InputError(f"{file}: no such file; `measurements` in study.toml names it") from None
-    except UnicodeDecodeError as error:
-        raise InputError(
-            f"{file}: line {number}: holds the byte 0x{error.object[error.start]:02x}, which is no UTF-8; save the table as "
-            "CSV, UTF-8"
-        ) from None
     except (OSError, ValueError) as error:
         raise InputError(f"{file}: cannot be read: {error}") from None
 
