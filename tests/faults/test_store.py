@@ -10,7 +10,7 @@ from hypothesis import strategies as st
 
 from pellet_study import dispatch, rigs
 from pellet_study.errors import InputError
-from pellet_study.store import Store
+from pellet_study.store import Store, key
 from tests.faults.driver import ROOT, UNPRIVILEGED, command, paragraph, start
 from yade_scripts.case import Table, flat, unsealed
 
@@ -139,3 +139,10 @@ def test_a_store_of_somebody_else_is_named(tmp_path):
     found = command("bench", study, before=UNPRIVILEGED)
     assert found.returncode == 2 and paragraph(found.stderr) and "Permission denied" in found.stderr
     assert str(study / ".store") in found.stderr
+
+
+def test_another_version_is_another_case(monkeypatch):
+    case = rigs.case("rebound")
+    before = key(case)
+    monkeypatch.setattr("pellet_study.yade.version", lambda: "2031.01a")
+    assert key(case) != before
