@@ -85,9 +85,12 @@ def main(store: str, table: str, number: str, pause: str = "", fault: str = "0")
 
 
 if __name__ == "__main__":
+    from pellet_study.__main__ import _words
     from pellet_study.errors import StudyError
 
     try:
         main(*sys.argv[1:])
     except StudyError as error:
         sys.exit(f"pellet-study: {error}")
+    except OSError as error:  # as the command line does
+        sys.exit(f"pellet-study: {_words(error)}")
