@@ -27,11 +27,13 @@ def listening(pids) -> list[str]:
     """Listening sockets (TCP, and Unix ones with a name) of processes, seen from outside."""
     inodes = set()
     for pid in pids:
-        try:
-            links = [os.readlink(f"/proc/{pid}/fd/{fd}") for fd in os.listdir(f"/proc/{pid}/fd")]
-        except OSError:
-            continue
-        inodes |= {link[8:-1] for link in links if link.startswith("socket:[")}
+        for entry in Path(f"/proc/{pid}/fd").glob("*"):
+            try:
+                link = os.readlink(entry)
+            except OSError:  # closed meanwhile
+                continue
+            if link.startswith("socket:["):
+                inodes.add(link[8:-1])
     found = []
     for table in ("tcp", "tcp6", "udp", "udp6"):
         for line in Path(f"/proc/net/{table}").read_text().splitlines()[1:]:
