@@ -234,8 +234,7 @@ class _Campaign:
                     self.finished.add(name)
                     self.failed += not line[: line.rfind(b",")].endswith(b",ok")
                     bar.update()
-        if self.failed:
-            bar.set_postfix(failed=self.failed, refresh=False)
+        bar.set_postfix(running=len(self.running), failed=self.failed, refresh=False)
 
     def _end(self, worker: _Worker, cases: list[dict]) -> tuple[dict, str] | None:
         """A process ended: nothing to say, a case it did not finish and why, or a YADE that does not run."""
