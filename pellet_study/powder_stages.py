@@ -84,7 +84,7 @@ def _screening(folder: Path, measured) -> dict:
     good, words = _good(folder, "screening")
     decision = _decision(folder, "screening")
     names = [name for name in FACTORS if name in good]
-    factors = [Factor(n, float(good[n].min()), float(good[n].max()), UNITS.get(n, "")) for n in names]
+    factors = [Factor(n, float(good[n].min()), float(good[n].max()), UNITS.get(n, "-")) for n in names]
     found = plackett_burman.analyse(_table_of(good, factors))
     errors = found.model.standard_errors
     rows = [
@@ -169,7 +169,7 @@ def _surface(folder: Path, measured) -> dict:
     decision = _decision(folder, "surface")
     if "box" in good:
         good = good[good["box"] == good["box"].max()]
-    factors = [Factor(name, *levels, UNITS.get(name, "")) for name, levels in decision["box"].items()]
+    factors = [Factor(name, *levels, UNITS.get(name, "-")) for name, levels in decision["box"].items()]
     found = box_behnken.analyse(_table_of(good, factors))
     target = optimum.target_set(found, measured[0], measured[1] or 0.0) if measured else None
     lines = [

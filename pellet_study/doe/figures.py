@@ -130,7 +130,7 @@ def surface_contours(surface: Surface, found: TargetSet | None = None, unit: str
     rest = found.coded if found is not None else np.zeros(len(factors))
     columns = min(3, len(shown))
     rows = -(-len(shown) // columns)
-    figure, grid = new_axes(4.3 * columns + 0.8, 4.1 * rows, nrows=rows, ncols=columns, squeeze=False)
+    figure, grid = new_axes(3.9 * columns + 0.8, 3.9 * rows, nrows=rows, ncols=columns, squeeze=False)
     planes = [_plane(surface, pair, rest) for pair in pairs]
     levels = MaxNLocator(12).tick_values(min(z.min() for *_, z in planes), max(z.max() for *_, z in planes))
     for axes, pair in zip(grid.flat, shown, strict=False):
