@@ -163,10 +163,15 @@ def diagnose(
     names = [name for name in study.absent() if name in state.model.effects]
     basis = absorbed(fitted.jacobian)
     dof = len(evidence.case) - basis.shape[1]
-    found = signatures(state, names, basis)
+    hopeless = dof < 1 or (dof < 2 and not evidence.scale_known)
+    dear = state.model.levels <= FEW_LEVELS
+    found = [] if hopeless and dear else signatures(state, names, basis)
     shown = [s for s in found if s.visible_share >= VISIBLE and s.length >= 1.0]
-    if dof < 1 or (dof < 2 and not evidence.scale_known):
-        warnings.append("too few different cases beyond the free parameters: no effect can be shown by these data")
+    if hopeless:
+        warnings.append(
+            "too few different cases beyond the free parameters: no effect can be shown by these data; "
+            f"measure each rig under other conditions too: {what_varies(study)}"
+        )
         ranking = tuple(_unjudged(state, name, found) for name in names)
         return Diagnosis(
             "adequate" if comparison.fits else "unexplained",
@@ -237,6 +242,16 @@ def _runner_up(rest: Sequence[Rival], beyond: dict[str, Fit]) -> list[Rival]:
         if len(r.effects) == 1
     ]
     return sorted(pool, key=lambda r: r.fit.chi2)[:1]
+
+
+def what_varies(study: Study) -> str:
+    """The conditions of a study's rigs that can be set otherwise, with their ranges, in words."""
+    parts = []
+    for rig in study.rigs:
+        ranges = study.catalogue.rigs[rig].conditions.items()
+        names = [f"{name} ({q['min']:g} to {q['max']:g})" for name, q in ranges if q["min"] < q["max"]]
+        parts.append(f"{rig} at other {' or '.join(names)}")
+    return "; ".join(parts)
 
 
 def columns_of(model: Model, effect: str) -> list[int]:
