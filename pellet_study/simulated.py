@@ -17,7 +17,16 @@ import numpy as np
 from pellet_study import dispatch, rigs, yade
 from pellet_study.engine import Request
 from pellet_study.errors import SimulationError
-from pellet_study.response import Factor, Surface, amounts, effect_prior, effect_terms, quadratic, spread
+from pellet_study.response import (
+    EffectRuns,
+    Factor,
+    Surface,
+    amounts,
+    effect_terms,
+    fitted_effects,
+    quadratic,
+    spread,
+)
 from pellet_study.study import Study
 
 BASE = 2.4  # points a term of the base surface
@@ -220,24 +229,26 @@ class Simulated:
         results = dict(zip(points, found, strict=True))
         for site in bases:
             self._base[site] = self._fit_base(site, plans[site], results)
-        for key in wanted:
-            self._effects[key] = self._fit_effect(key, plans[key], results)
+        groups: dict[tuple[str, str, str], list[Site]] = {}
+        for site, name in wanted:
+            groups.setdefault((site.rig, site.observable, name), []).append(site)
+        for (_, _, name), mine in groups.items():
+            runs = [self._effect_runs(site, name, plans[site, name], results) for site in mine]
+            shapes = len(self.catalogue.effects[name].parameters) - 1
+            for site, surface in zip(mine, fitted_effects(runs, shapes), strict=True):
+                self._effects[site, name] = surface
         self._ready |= asked
 
     def _fit_base(self, site: Site, plan: Sequence[Point], results: Mapping) -> Surface:
         kept, means = self._kept(site, plan, results)
         return Surface.fitted(quadratic(self._scaled(site, [p.factors for p in kept])), means)
 
-    def _fit_effect(self, key: tuple[Site, str], plan: Sequence[Point], results: Mapping) -> Surface:
-        site, name = key
+    def _effect_runs(self, site: Site, name: str, plan: Sequence[Point], results: Mapping) -> EffectRuns:
         kept, means = self._kept(site, plan, results)
         x = self._scaled(site, [p.factors for p in kept])
         given = [dict(p.effect[1]) for p in kept]
         u, shapes = self._amounts(name, {k: np.array([values[k] for values in given]) for k in given[0]})
-        base = self._base[site]
-        prior = effect_prior(shapes.shape[1], x.shape[1])
-        offset = quadratic(x) @ base.coefficients
-        return Surface.fitted(effect_terms(u, shapes, x), means, offset, prior, base.scatter)
+        return EffectRuns.of(effect_terms(u, shapes, x), means, self._base[site], quadratic(x))
 
     def _kept(self, site: Site, plan: Sequence[Point], results: Mapping) -> tuple[list[Point], np.ndarray]:
         """Points that gave a mean, and their means."""
