@@ -36,6 +36,7 @@ from pellet_study.compare import (
     largest_null,
     reading_sd,
     scale_of,
+    with_own_noise,
 )
 from pellet_study.model import Case, Model
 from pellet_study.study import Study
@@ -421,28 +422,28 @@ def judge(state: Calibrated, fits: Iterable[Fit], shown: Sequence[Signature] = (
     their conditions. A look-alike seldom is, and that direction alone shows it with less misfit than the
     test over all directions needs.
     """
-    evidence = state.evidence
-    rig_of = np.array([state.model.cases[c].rig for c in evidence.case], dtype=object)
+    rig_of = np.array([state.model.cases[c].rig for c in state.evidence.case], dtype=object)
     failing = failing_rigs(state)
     found = []
-    for fitted in fits:
+    for fit in fits:
+        here, fitted = with_own_noise(state, fit)
         free = fitted.problem.free
         names = tuple(dict.fromkeys(state.model.names[c].split(".")[0] for c in free[len(state.fit.problem.free) :]))
         rigs = frozenset(rig for rig, acting in state.model.acting.items() if set(names) & set(acting))
         rigs |= failing
         mine = np.array([rig in rigs for rig in rig_of])
-        overall = lack_of_fit(fitted, evidence)
-        local = lack_of_fit(fitted, evidence, mine)
+        overall = lack_of_fit(fitted, here.evidence)
+        local = lack_of_fit(fitted, here.evidence, mine)
         explains = (overall is None or overall >= LEFT_OVERALL) and (local is None or local >= LEFT_OVER)
         if explains:
-            own = drifts(replace(state, fit=fitted), effects=names, birge=False)
+            own = drifts(replace(here, fit=fitted), effects=names, birge=False)
             explains = not own or own[0].p >= VARIES
         if explains:
-            left = drifts(replace(state, fit=fitted), rigs, birge=False)
+            left = drifts(replace(here, fit=fitted), rigs, birge=False)
             explains = not left or left[0].p >= LEFT_OVER
         if explains:
-            explains = signature_left(state, fitted, names, shown) >= LEFT_NAMED
-        found.append(Rival(names, fitted, explains))
+            explains = signature_left(here, fitted, names, shown) >= LEFT_NAMED
+        found.append(Rival(names, fit, explains))
     return found
 
 

@@ -203,6 +203,11 @@ class Model:
         return max(engine.step for engine in self.engines.values())
 
     @property
+    def scatters(self) -> bool:
+        """Whether some predictions have a scatter of their own."""
+        return any(not isinstance(engine, ClosedForm) for engine in self.engines.values())
+
+    @property
     def levels(self) -> int:
         """Values of a condition that every engine used can bear to be asked for."""
         return min(engine.levels for engine in self.engines.values())
