@@ -70,7 +70,7 @@ def seal(number: int, folder: Path, stored: Stored, effects: Sequence[str]) -> N
         "kind": kind,
         "effects": hidden,
         "parameters": parameters,
-        "numerics": "other" if turn % 2 else "the model's",
+        "numerics": "other" if (turn + (turn // len(effects) if kind == "one" else 0)) % 2 else "the model's",
         "lambda": None if kind == "outside" else stored.strength(parameters, hidden) if hidden else 0.0,
     }
     place = folder / f"{number:02d}"
