@@ -84,8 +84,9 @@ def test_the_store_is_held_until_the_last_process_of_a_killed_driver_has_ended(t
     store, table = tmp_path / "store", tmp_path / "runs.csv"
     first = start(store, table, 6, 1.0)
     wait_until(lambda: rows(store) >= 1, first)
-    left = simulating(store)
-    child = subprocess.Popen(["sleep", "3600"], pass_fds=[held_by(left[0], store / "lock")])
+    lock = held_by(simulating(store)[0], store / "lock")
+    child = subprocess.Popen(["sleep", "3600"], pass_fds=[lock])
+    os.close(lock)
     first.kill()
     first.wait()
     wait_until(lambda: not simulating(store))
