@@ -8,6 +8,7 @@ APT_INSTALL := $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq
 
 study: install yade
 	$(BIN)/pellet-study bench results/quick
+	$(BIN)/pellet-study report results/quick
 
 test: install yade browser
 	$(BIN)/python -m pytest

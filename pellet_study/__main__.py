@@ -7,10 +7,11 @@ import logging
 import os
 import signal
 import sys
+from contextlib import nullcontext
 from pathlib import Path
 
 import pellet_study
-from pellet_study.commands import COMMANDS, SIMULATING
+from pellet_study.commands import COMMANDS, EDITING, SIMULATING
 from pellet_study.errors import InputError, StudyError
 
 INTERRUPTED = 130
@@ -99,11 +100,21 @@ def _answer(argv: list[str]) -> int:
     _check_json(arguments.json)
     _check_folder(getattr(arguments, "study", None))
     _set_simulating(arguments)
-    answer = arguments.run(arguments)
+    with _held(arguments):
+        answer = arguments.run(arguments)
     if arguments.json is not None:
         arguments.json.write_text(json.dumps(answer, indent=1, allow_nan=False) + "\n", encoding="utf-8")
     sys.stdout.flush()
     return 0
+
+
+def _held(arguments: argparse.Namespace):
+    """The study, held where the command edits it."""
+    if arguments.command not in EDITING:
+        return nullcontext()
+    from pellet_study.study import alone
+
+    return alone(arguments.study)
 
 
 def _words(error: OSError) -> str:

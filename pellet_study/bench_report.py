@@ -43,9 +43,11 @@ def _number(x: float) -> float | None:
 
 
 def write_runs(runs: Sequence[pd.DataFrame], file: Path) -> None:
-    """Every simulation of a call as one table, sorted by case id."""
+    """Every simulation of a call as one table, sorted by case id; written whole or not at all."""
     together = pd.concat(runs).drop_duplicates("id").sort_values("id")
-    together.to_csv(file, index=False, lineterminator="\n")
+    temporary = file.with_suffix(".csv.new")
+    together.to_csv(temporary, index=False, lineterminator="\n")
+    temporary.replace(file)
 
 
 def write(results: Sequence[Calibrated], folder: Path, contact_law: str) -> str:

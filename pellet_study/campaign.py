@@ -4,6 +4,7 @@ A process claims one case after the other from a file all processes share and ap
 known. So nothing is lost when anything is killed: asked again, only what has no row is computed.
 """
 
+import errno
 import json
 import os
 import shutil
@@ -22,6 +23,7 @@ from yade_scripts.case import CANNOT_GO_ON, CLAIM_BYTES, NO_MEMORY, Table, flat,
 POLL_S = 0.05
 START_LIMIT_S = 120.0
 TOOK_LONGER = "took longer than its time limit of"
+LEAST_SPACE = 65536  # bytes; less is a full disk
 BAD_ALLOC = "std::bad_alloc"
 NOISE = (
     "Welcome to Yade",
@@ -232,16 +234,17 @@ class _Campaign:
                     self.finished.add(name)
                     self.failed += not line[: line.rfind(b",")].endswith(b",ok")
                     bar.update()
-        if self.failed:
-            bar.set_postfix(failed=self.failed, refresh=False)
+        bar.set_postfix(running=len(self.running), failed=self.failed, refresh=False)
 
     def _end(self, worker: _Worker, cases: list[dict]) -> tuple[dict, str] | None:
         """A process ended: nothing to say, a case it did not finish and why, or a YADE that does not run."""
         code = worker.process.returncode
         reason = worker.reason or f"crashed YADE ({_ending(code)}): {worker.last_words()}"
-        if code == CANNOT_GO_ON:
+        full = code != 0 and _space(self.store.folder) < LEAST_SPACE  # then its log is lost as well
+        if full or code == CANNOT_GO_ON:
+            words = os.strerror(errno.ENOSPC) if full else worker.last_words()
             raise SimulationError(
-                f"a simulation could not go on: {worker.last_words()}. Finished cases are kept in {self.store.folder}; "
+                f"a simulation could not go on: {words}. Finished cases are kept in {self.store.folder}; "
                 "mend it (make room on the disk, or install a complete YADE) and call again"
             )
         if worker.index is None:
@@ -264,6 +267,12 @@ class _Campaign:
         """Store a failure YADE could not store itself; it is counted like any other row."""
         names = self.store.columns(self.rigs[case["rig"]])
         Table(self.tables[case["rig"]], names, checked=True).append({**flat(case), "status": reason})
+
+
+def _space(folder: Path) -> int:
+    """Free bytes on the disk of a folder."""
+    disk = os.statvfs(folder)
+    return disk.f_bavail * disk.f_frsize
 
 
 def _ending(code: int) -> str:

@@ -1,10 +1,12 @@
 """Rigs and effects by name, read from what their files declare; a study's own come first."""
 
 import importlib.util
+import logging
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from difflib import get_close_matches
 from functools import cache
+from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from typing import NamedTuple
 
@@ -12,6 +14,7 @@ import yade_scripts
 from pellet_study.errors import InputError
 
 SCRIPTS = Path(yade_scripts.__file__).resolve().parent
+log = logging.getLogger(__name__)
 CLOSED_FORM = Path(__file__).resolve().parent / "closed_form"
 
 
@@ -107,14 +110,34 @@ def nearest(given: str, accepted) -> str:
     return f"; accepted are {', '.join(names)}" + (f"; did you mean {near[0]!r}?" if near else "")
 
 
+class _NoBytecode(SourceFileLoader):
+    """Leaves no __pycache__ in a study."""
+
+    def set_data(self, path, data, *, _mode=0o666):
+        """Not kept."""
+
+
 def _load(file: Path):
-    spec = importlib.util.spec_from_file_location(f"{file.parent.name}_{file.stem}", file)
+    """A file of the study's own, run as Python; it is named before, and must lie in the study itself."""
+    if file.resolve() != file.parents[1].resolve() / file.parent.name / file.name:
+        raise InputError(f"{file}: is a link to {file.resolve()}; code is loaded from the study's folder only, copy it")
+    log.info("running %s, code of the study's own", file)
+    name = f"{file.parent.name}_{file.stem}"
+    spec = importlib.util.spec_from_file_location(name, file, loader=_NoBytecode(name, str(file)))
     module = importlib.util.module_from_spec(spec)
     try:
         spec.loader.exec_module(module)
-    except Exception as error:
+    except (Exception, SystemExit) as error:
         raise InputError(f"{file}: cannot be read as a rig or an effect: {type(error).__name__}: {error}") from error
     return module
+
+
+def _own(declared_by: Callable, file: Path, **more):
+    """What a file of the study's own declares; a mistake in it is named."""
+    try:
+        return declared_by(_load(file), file, **more)
+    except (AttributeError, KeyError, TypeError, ValueError) as error:
+        raise InputError(f"{file}: its declaration cannot be used: {type(error).__name__}: {error}") from error
 
 
 def rig_from(module, file: Path | None = None) -> Rig:
@@ -194,8 +217,8 @@ def standard() -> Catalogue:
 def of_study(folder: Path) -> Catalogue:
     """The package's rigs and effects and those of a study's `rigs/` and `effects/`."""
     base = standard()
-    rigs = [rig_from(_load(file), file) for file in _declaring(folder / "rigs", "RIG")]
-    effects = [effect_from(_load(file), file, own=file) for file in _declaring(folder / "effects", "EFFECT")]
+    rigs = [_own(rig_from, file) for file in _declaring(folder / "rigs", "RIG")]
+    effects = [_own(effect_from, file, own=file) for file in _declaring(folder / "effects", "EFFECT")]
     everything = {**base.effects, **{e.name: e for e in effects}}
     return Catalogue(
         {**base.rigs, **{r.name: r for r in rigs}},

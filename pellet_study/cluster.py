@@ -43,11 +43,23 @@ def expectation(names: Sequence[str]) -> dict[str, str]:
     return {"pellet_study": pellet_study.__version__, "YADE": yade.version(), **prints}
 
 
-def unfit(expected: dict[str, str], names: Sequence[str]) -> str | None:
+def own_files(names: Sequence[str]) -> dict[str, tuple[Path, tuple[Path, ...]]]:
+    """Files of the rigs that are the study's own, or have effects of its own; workers must see them too."""
+    used = {name: rigs.rig(name) for name in names}
+    return {
+        name: (rig.file, rig.extra)
+        for name, rig in used.items()
+        if rig.extra or not rig.file.is_relative_to(rigs.SCRIPTS)
+    }
+
+
+def unfit(expected: dict[str, str], names: Sequence[str], own: dict) -> str | None:
     """Runs on a worker: why it cannot simulate what is expected; None where it can."""
     try:
+        for name, files in own.items():
+            rigs.use(name, *files)
         found = expectation(names)
-    except StudyError as error:
+    except (StudyError, OSError) as error:
         return str(error)
     differing = [what for what in expected if found[what] != expected[what]]
     return f"has {differing[0]} {found[differing[0]]}, here {expected[differing[0]]}" if differing else None
@@ -159,7 +171,7 @@ class _Work:
         self.waiting = deque(self.left.values())
         self.store, self.time_limit_s = store, time_limit_s
         self.names = sorted({case["rig"] for case in cases})
-        self.expected = expectation(self.names)
+        self.expected, self.own = expectation(self.names), own_files(self.names)
         self.lost: dict[str, int] = {}  # how often a case was with a worker that ended
         self.reason = ""  # of the last case without a result
 
@@ -220,7 +232,9 @@ class _Work:
         new = [worker for worker in there if worker not in threads and worker not in refused]
         if not new:
             return
-        for worker, reason in client.run(unfit, self.expected, self.names, workers=new, on_error="return").items():
+        for worker, reason in client.run(
+            unfit, self.expected, self.names, self.own, workers=new, on_error="return"
+        ).items():
             if reason is None:
                 threads[worker] = there[worker]
                 continue

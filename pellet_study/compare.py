@@ -146,12 +146,32 @@ def surface_error(state: Calibrated) -> tuple[float, str] | None:
 
 def with_simulator_noise(evidence: Evidence, model: Model, point: np.ndarray) -> Evidence:
     """Evidence whose variances hold the variance of the model's own means at a point, where it has any."""
-    spread = model.predict(point).variance[0, evidence.case]
-    if not spread.any():
+    if not model.scatters:
         return evidence
-    sd = np.sqrt(evidence.sd**2 + spread)
-    whiten = evidence.whiten * evidence.sd / sd if evidence.whiten.ndim == 1 else evidence.whiten * (evidence.sd / sd)
-    return replace(evidence, sd=sd, whiten=whiten)
+    return widened(evidence, model.predict(point).variance[0, evidence.case])
+
+
+def widened(evidence: Evidence, variance: np.ndarray) -> Evidence:
+    """Evidence with more variance in its cells."""
+    sd = np.sqrt(evidence.sd**2 + variance)
+    if evidence.whiten.ndim == 1:
+        return replace(evidence, sd=sd, whiten=evidence.whiten * evidence.sd / sd)
+    together = np.linalg.inv(evidence.whiten.T @ evidence.whiten) + np.diag(variance)
+    return replace(evidence, sd=sd, whiten=np.linalg.inv(np.linalg.cholesky(together)))
+
+
+def with_own_noise(state: Calibrated, fitted: Fit) -> tuple[Calibrated, Fit]:
+    """A state and a rival's fit with the variance that the rival's predictions have beyond the present model's."""
+    if not state.model.scatters or state.evidence.whiten.ndim > 1:
+        return state, fitted
+    both = state.model.predict(np.array([state.fit.point, fitted.point])).variance[:, state.evidence.case]
+    evidence = widened(state.evidence, np.maximum(both[1] - both[0], 0.0))
+    ratio = state.evidence.sd / evidence.sd
+    residual = fitted.residual * ratio
+    mine = replace(
+        fitted, residual=residual, jacobian=fitted.jacobian * ratio[:, None], chi2=float((residual**2).sum())
+    )
+    return replace(state, evidence=evidence), mine
 
 
 def lack_of_fit(fitted: Fit, evidence: Evidence, mine: np.ndarray | None = None) -> float | None:

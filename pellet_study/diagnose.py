@@ -36,6 +36,7 @@ from pellet_study.compare import (
     largest_null,
     reading_sd,
     scale_of,
+    with_own_noise,
 )
 from pellet_study.model import Case, Model
 from pellet_study.study import Study
@@ -163,10 +164,15 @@ def diagnose(
     names = [name for name in study.absent() if name in state.model.effects]
     basis = absorbed(fitted.jacobian)
     dof = len(evidence.case) - basis.shape[1]
-    found = signatures(state, names, basis)
+    hopeless = dof < 1 or (dof < 2 and not evidence.scale_known)
+    dear = state.model.levels <= FEW_LEVELS
+    found = [] if hopeless and dear else signatures(state, names, basis)
     shown = [s for s in found if s.visible_share >= VISIBLE and s.length >= 1.0]
-    if dof < 1 or (dof < 2 and not evidence.scale_known):
-        warnings.append("too few different cases beyond the free parameters: no effect can be shown by these data")
+    if hopeless:
+        warnings.append(
+            "too few different cases beyond the free parameters: no effect can be shown by these data; "
+            f"measure each rig under other conditions too: {what_varies(study)}"
+        )
         ranking = tuple(_unjudged(state, name, found) for name in names)
         return Diagnosis(
             "adequate" if comparison.fits else "unexplained",
@@ -237,6 +243,16 @@ def _runner_up(rest: Sequence[Rival], beyond: dict[str, Fit]) -> list[Rival]:
         if len(r.effects) == 1
     ]
     return sorted(pool, key=lambda r: r.fit.chi2)[:1]
+
+
+def what_varies(study: Study) -> str:
+    """The conditions of a study's rigs that can be set otherwise, with their ranges, in words."""
+    parts = []
+    for rig in study.rigs:
+        ranges = study.catalogue.rigs[rig].conditions.items()
+        names = [f"{name} ({q['min']:g} to {q['max']:g})" for name, q in ranges if q["min"] < q["max"]]
+        parts.append(f"{rig} at other {' or '.join(names)}")
+    return "; ".join(parts)
 
 
 def columns_of(model: Model, effect: str) -> list[int]:
@@ -406,28 +422,28 @@ def judge(state: Calibrated, fits: Iterable[Fit], shown: Sequence[Signature] = (
     their conditions. A look-alike seldom is, and that direction alone shows it with less misfit than the
     test over all directions needs.
     """
-    evidence = state.evidence
-    rig_of = np.array([state.model.cases[c].rig for c in evidence.case], dtype=object)
+    rig_of = np.array([state.model.cases[c].rig for c in state.evidence.case], dtype=object)
     failing = failing_rigs(state)
     found = []
-    for fitted in fits:
+    for fit in fits:
+        here, fitted = with_own_noise(state, fit)
         free = fitted.problem.free
         names = tuple(dict.fromkeys(state.model.names[c].split(".")[0] for c in free[len(state.fit.problem.free) :]))
         rigs = frozenset(rig for rig, acting in state.model.acting.items() if set(names) & set(acting))
         rigs |= failing
         mine = np.array([rig in rigs for rig in rig_of])
-        overall = lack_of_fit(fitted, evidence)
-        local = lack_of_fit(fitted, evidence, mine)
+        overall = lack_of_fit(fitted, here.evidence)
+        local = lack_of_fit(fitted, here.evidence, mine)
         explains = (overall is None or overall >= LEFT_OVERALL) and (local is None or local >= LEFT_OVER)
         if explains:
-            own = drifts(replace(state, fit=fitted), effects=names, birge=False)
+            own = drifts(replace(here, fit=fitted), effects=names, birge=False)
             explains = not own or own[0].p >= VARIES
         if explains:
-            left = drifts(replace(state, fit=fitted), rigs, birge=False)
+            left = drifts(replace(here, fit=fitted), rigs, birge=False)
             explains = not left or left[0].p >= LEFT_OVER
         if explains:
-            explains = signature_left(state, fitted, names, shown) >= LEFT_NAMED
-        found.append(Rival(names, fitted, explains))
+            explains = signature_left(here, fitted, names, shown) >= LEFT_NAMED
+        found.append(Rival(names, fit, explains))
     return found
 
 

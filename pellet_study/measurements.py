@@ -2,8 +2,10 @@
 
 import csv
 import math
-from collections.abc import Mapping
+import re
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
+from itertools import count
 from pathlib import Path
 
 from pellet_study.catalogue import Catalogue, nearest
@@ -12,9 +14,11 @@ from pellet_study.errors import InputError
 COLUMNS = ("rig", "observable", "value", "sd", "n", "setup", "setup_sd", "split", "note")
 REQUIRED = ("rig", "observable", "value")
 SPLITS = ("fit", "holdout")
+LONGEST_LINE = 1_000_000
+STRANGE = re.compile("[\x00-\x08\x0b-\x1f\x7f\udc80-\udcff]")  # control characters; bytes that are no UTF-8
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, slots=True)
 class Measurement:
     """One row: a reading, or the mean of `n` readings.
 
@@ -43,62 +47,86 @@ def read(file: Path, catalogue: Catalogue) -> tuple[Measurement, ...]:
     ------
     InputError : names the file, the line, what was given and what is accepted
     """
-    try:
-        text = file.read_text(encoding="utf-8-sig")
-    except FileNotFoundError:
-        raise InputError(f"{file}: no such file; `measurements` in study.toml names it") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{file}: cannot be read: {error}") from None
-    lines = list(csv.reader(text.splitlines()))
-    if not lines:
+    table = _table(file)
+    _, header = next(table, (1, None))
+    if header is None:
         raise InputError(f"{file}: empty; expected a header with at least {', '.join(REQUIRED)}")
-    header = [name.strip() for name in lines[0]]
-    conditions = {name for rig in catalogue.rigs.values() for name in rig.conditions}
-    parameters = {name for rig in catalogue.rigs.values() for name in rig.parameters}
-    _check_header(file, header, conditions, parameters)
-    rows = [
-        _row(
-            file,
-            number,
-            dict(zip(header, [cell.strip() for cell in cells], strict=True)),
-            catalogue,
-            conditions,
-            parameters,
-        )
-        for number, cells in enumerate(lines[1:], start=2)
-        if any(cell.strip() for cell in cells) and _right_length(file, number, cells, header)
-    ]
+    reader = _Rows(file, header, catalogue)
+    rows = tuple(reader.row(line, cells) for line, cells in table if any(cells))
     if not rows:
         raise InputError(f"{file}: no rows; a row is a reading or a mean of readings")
-    return tuple(rows)
+    return rows
+
+
+def _table(file: Path) -> Iterator[tuple[int, list[str]]]:
+    """Number of the first line and cells of each record."""
+    records, start = csv.reader(_lines(file), strict=True), 1
+    while True:
+        try:
+            cells = next(records, None)
+        except csv.Error as error:
+            raise InputError(
+                f"{file}: line {start}: no valid CSV ({error}); is a quote opened and not closed?"
+            ) from None
+        if cells is None:
+            return
+        yield start, [cell.strip() for cell in cells]
+        start = records.line_num + 1
+
+
+def _lines(file: Path) -> Iterator[str]:
+    """Lines of a text file; one that is too long is refused before it is read whole."""
+    try:
+        if file.exists() and not file.is_file():
+            raise InputError(f"{file}: expected a file of comma-separated values, found something else")
+        with open(file, encoding="utf-8-sig", errors="surrogateescape") as stream:
+            for number in count(1):
+                line = stream.readline(LONGEST_LINE + 1)
+                if len(line) > LONGEST_LINE:
+                    raise InputError(
+                        f"{file}: line {number}: longer than {LONGEST_LINE} characters; a row is a line of its own"
+                    )
+                strange = STRANGE.search(line)
+                if strange:
+                    byte = ord(strange[0]) - (0xDC00 if strange[0] >= "\udc80" else 0)
+                    raise InputError(
+                        f"{file}: line {number}: holds the byte 0x{byte:02x}, which is no UTF-8 text; save the table as CSV, "
+                        "UTF-8"
+                    )
+                if not line:
+                    return
+                yield line
+    except FileNotFoundError:
+        raise InputError(f"{file}: no such file; `measurements` in study.toml names it") from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"{file}: cannot be read: {error}") from None
 
 
 def _check_header(file: Path, header: list[str], conditions: set, parameters: set) -> None:
+    accepted = {*COLUMNS, *conditions, *parameters}
+    for sign, name in ((";", "semicolons"), ("\t", "tabs")):
+        if len(header) == 1 and sign in header[0]:
+            raise InputError(
+                f"{file}: line 1: columns are separated by {name}; expected commas, and points as decimal signs"
+            )
     for name in header:
         if header.count(name) > 1:
             raise InputError(
                 f"{file}: line 1: column {name!r} is given {header.count(name)} times; each name only once"
             )
-        if name not in COLUMNS and name not in conditions and name not in parameters:
-            raise InputError(
-                f"{file}: line 1: column {name!r} is unknown{nearest(name, {*COLUMNS, *conditions, *parameters})}"
-            )
+        if name not in accepted:
+            raise InputError(f"{file}: line 1: column {name!r} is unknown{nearest(name, accepted)}")
     missing = [name for name in REQUIRED if name not in header]
     if missing:
         raise InputError(f"{file}: line 1: column {', '.join(missing)} is missing; given were {', '.join(header)}")
-
-
-def _right_length(file: Path, line: int, cells: list[str], header: list[str]) -> bool:
-    if len(cells) != len(header):
-        raise InputError(f"{file}: line {line}: {len(cells)} cells, but the header has {len(header)}")
-    return True
 
 
 def _number(where: str, name: str, text: str, least: float | None = None, strict: bool = False) -> float:
     try:
         value = float(text)
     except ValueError:
-        raise InputError(f"{where}: {name} {text!r} is no number") from None
+        hint = "; write a point for the decimal comma" if "," in text else ""
+        raise InputError(f"{where}: {name} {text[:60]!r}: expected a number{hint}") from None
     if not math.isfinite(value):
         raise InputError(f"{where}: {name} {text!r} is not finite; leave the cell blank where it is unknown")
     if least is not None and (value < least or (strict and value == least)):
@@ -106,49 +134,79 @@ def _number(where: str, name: str, text: str, least: float | None = None, strict
     return value
 
 
-def _row(
-    file: Path, line: int, cells: dict, catalogue: Catalogue, all_conditions: set, all_parameters: set
-) -> Measurement:
-    where = f"{file}: line {line}"
-    rig = catalogue.rig(cells["rig"], f"{where}: ")
-    if cells["observable"] not in rig.observables:
-        raise InputError(
-            f"{where}: rig {rig.name} has no observable {cells['observable']!r}"
-            f"{nearest(cells['observable'], rig.observables)}"
-        )
-    conditions = {name: float(quantity["default"]) for name, quantity in rig.conditions.items()}
-    known = {}
-    for name, text in cells.items():
-        if text == "" or name in COLUMNS:
-            continue
-        if name in rig.conditions:
-            positive = bool(rig.conditions[name].get("positive"))
-            conditions[name] = _number(where, name, text, 0.0 if positive else None, strict=positive)
-        elif name in rig.parameters:
-            known[name] = _number(where, name, text)
-        else:
-            kind = "condition" if name in all_conditions else "parameter"
+class _Rows:
+    """Rows of one file, checked; rows of one case share what they say of it."""
+
+    def __init__(self, file: Path, header: list[str], catalogue: Catalogue):
+        self.file, self.header, self.catalogue = file, header, catalogue
+        self.conditions = {name for rig in catalogue.rigs.values() for name in rig.conditions}
+        self.parameters = {name for rig in catalogue.rigs.values() for name in rig.parameters}
+        _check_header(file, header, self.conditions, self.parameters)
+        self.of_case = [header.index("rig"), header.index("observable")]
+        self.of_case += [k for k, name in enumerate(header) if name not in COLUMNS]
+        self.place = {name: header.index(name) if name in header else None for name in COLUMNS}
+        self.cases: dict[tuple, tuple] = {}
+
+    def row(self, line: int, cells: list[str]) -> Measurement:
+        """The row of a line, or InputError."""
+        where = f"{self.file}: line {line}"
+        if len(cells) != len(self.header):
             raise InputError(
-                f"{where}: rig {rig.name} has no {kind} {name!r}, leave the cell blank; it has "
-                f"{', '.join([*rig.conditions, *rig.parameters])}"
+                f"{where}: {len(cells)} cells, but the header has {len(self.header)}; expected {','.join(self.header)}"
             )
-    count = _number(where, "n", cells["n"], 1) if cells.get("n") else 1.0
-    if count != int(count):
-        raise InputError(f"{where}: n {cells['n']!r}: expected a whole number of readings")
-    split = cells.get("split") or "fit"
-    if split not in SPLITS:
-        raise InputError(f"{where}: split {split!r}{nearest(split, SPLITS)}")
-    return Measurement(
-        rig=rig.name,
-        observable=cells["observable"],
-        value=_number(where, "value", cells["value"]),
-        sd=_number(where, "sd", cells["sd"], 0.0, strict=True) if cells.get("sd") else None,
-        n=int(count),
-        conditions=conditions,
-        parameters=known,
-        setup=cells.get("setup", ""),
-        setup_sd=_number(where, "setup_sd", cells["setup_sd"], 0.0) if cells.get("setup_sd") else 0.0,
-        split=split,
-        note=cells.get("note", ""),
-        line=line,
-    )
+        key = tuple([cells[k] for k in self.of_case])
+        if key not in self.cases:
+            self.cases[key] = self._case(where, dict(zip(self.header, cells, strict=True)))
+        rig, observable, conditions, known = self.cases[key]
+        value, sd, n, setup, setup_sd, split, note = (
+            "" if self.place[name] is None else cells[self.place[name]] for name in COLUMNS[2:]
+        )
+        count = _number(where, "n", n, 1) if n else 1.0
+        if count != int(count):
+            raise InputError(f"{where}: n {n!r}: expected a whole number of readings")
+        if split and split not in SPLITS:
+            raise InputError(f"{where}: split {split!r} is unknown{nearest(split, SPLITS)}")
+        return Measurement(
+            rig=rig,
+            observable=observable,
+            value=_number(where, "value", value),
+            sd=_number(where, "sd", sd, 0.0, strict=True) if sd else None,
+            n=int(count),
+            conditions=conditions,
+            parameters=known,
+            setup=setup,
+            setup_sd=_number(where, "setup_sd", setup_sd, 0.0) if setup_sd else 0.0,
+            split=split or SPLITS[0],
+            note=note,
+            line=line,
+        )
+
+    def _case(self, where: str, cells: dict[str, str]) -> tuple[str, str, dict, dict]:
+        """Rig, observable, conditions with defaults filled in, known parameters."""
+        rig = self.catalogue.rig(cells["rig"], f"{where}: ")
+        if cells["observable"] not in rig.observables:
+            raise InputError(
+                f"{where}: rig {rig.name} has no observable {cells['observable']!r}"
+                f"{nearest(cells['observable'], rig.observables)}"
+            )
+        conditions = {name: float(quantity["default"]) for name, quantity in rig.conditions.items()}
+        known = {}
+        for name, text in cells.items():
+            if text == "" or name in COLUMNS:
+                continue
+            if name in rig.conditions:
+                low = rig.conditions[name].get("min", -math.inf)
+                positive = low > 0 or bool(rig.conditions[name].get("positive"))
+                conditions[name] = _number(where, name, text, 0.0 if low >= 0 or positive else None, strict=positive)
+            elif name in rig.parameters:
+                known[name] = _number(where, name, text)
+                low, high = rig.parameters[name]["min"], rig.parameters[name]["max"]
+                if not low <= known[name] <= high:
+                    raise InputError(f"{where}: {name} {text!r}: expected a value from {low:g} to {high:g}")
+            else:
+                kind = "condition" if name in self.conditions else "parameter"
+                raise InputError(
+                    f"{where}: rig {rig.name} has no {kind} {name!r}, leave the cell blank; it has "
+                    f"{', '.join([*rig.conditions, *rig.parameters])}"
+                )
+        return rig.name, cells["observable"], conditions, known

@@ -30,18 +30,30 @@ class ClosedForm:
 
     def predict(self, requests: Sequence[Request]) -> list[tuple[np.ndarray, np.ndarray]]:
         """Means, and variances of zero."""
-        answers = []
-        for request in requests:
-            rig = self.catalogue.rigs[request.rig]
-            effects = {
-                name: Acting(self.catalogue.effects[name].closed_form[request.rig], values)
-                for name, values in request.effects.items()
-            }
-            mean = rig.predict(request.parameters, request.conditions, effects)[request.observable]
-            answers.append((mean, np.zeros(1)))
-        return answers
+        return [(self._means(request), np.zeros(1)) for request in requests]
 
     directly = predict
+
+    def _means(self, request: Request) -> np.ndarray:
+        """Means of a request; points with the same effects present are answered together, without the others."""
+        rig, effects = self.catalogue.rigs[request.rig], {e: self.catalogue.effects[e] for e in request.effects}
+        if not effects:
+            return rig.predict(request.parameters, request.conditions, {})[request.observable]
+        amounts = [
+            (request.effects[e][effect.amount], effect.neutral()[effect.amount]) for e, effect in effects.items()
+        ]
+        present = np.column_stack([(amount != absent)[:, 0] for amount, absent in amounts])
+        mean = np.empty((len(present), max(np.size(values) for values in request.conditions.values())))
+        for pattern in np.unique(present, axis=0):
+            mine = (present == pattern).all(axis=1)
+            acting = {
+                e: Acting(effect.closed_form[request.rig], {n: v[mine] for n, v in request.effects[e].items()})
+                for (e, effect), there in zip(effects.items(), pattern, strict=True)
+                if there
+            }
+            own = {n: v[mine] if np.ndim(v) == 2 else v for n, v in request.parameters.items()}
+            mean[mine] = rig.predict(own, request.conditions, acting)[request.observable]
+        return mean
 
 
 def engines_of(study: Study, rigs: Iterable[str]) -> dict[str, Engine]:
@@ -189,6 +201,11 @@ class Model:
     def step(self) -> float:
         """Finite-difference step that every engine used can resolve."""
         return max(engine.step for engine in self.engines.values())
+
+    @property
+    def scatters(self) -> bool:
+        """Whether some predictions have a scatter of their own."""
+        return any(not isinstance(engine, ClosedForm) for engine in self.engines.values())
 
     @property
     def levels(self) -> int:

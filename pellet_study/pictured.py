@@ -3,8 +3,10 @@
 from pathlib import Path
 
 from pellet_study import render
-from pellet_study.parts import rendering
+from pellet_study.errors import InputError
+from pellet_study.parts import picture, rendering
 from pellet_study.study import Study
+from yade_scripts import heap
 from yade_scripts.particles import SEED_LENGTH_MM, alfalfa_seed
 
 BENCH = ("rebound", "slope_slip", "inclined_roll")
@@ -23,6 +25,26 @@ def particles(study: Study, folder: Path) -> list[dict]:
                 image,
                 "the seed: six overlapping balls",
                 f"The alfalfa seed of the bench tests, a clump of {len(radii)} overlapping balls, {SEED_LENGTH_MM:g} mm long.",
+            )
+        )
+    for file in sorted(folder.glob("*grains*.csv")):
+        centres, radii = render.read_grains(file)
+        try:
+            fitted = render.profile(centres, radii)
+        except heap.NoHeap as error:
+            raise InputError(f"{file}: {error}") from None
+        found.append(
+            rendering(
+                render.picture(centres, radii, width=1000),
+                f"a heap of {len(radii)} grains",
+                f"A heap as simulated: {len(radii)} grains ({file.name}).",
+            )
+        )
+        found.append(
+            picture(
+                fitted,
+                "outline of the heap with a line through each flank",
+                "The same heap from one side, and the straight lines whose angles are averaged over many sides.",
             )
         )
     return found

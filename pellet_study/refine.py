@@ -11,6 +11,7 @@ from dataclasses import dataclass
 from pellet_study.calibrate import fit_many, problem_of
 from pellet_study.compare import Calibrated, Comparison, calibrate, compare
 from pellet_study.diagnose import GATE, GATE_AGAIN, TIE, Diagnosis, diagnose, unit_of_chi2
+from pellet_study.evidence import Evidence
 from pellet_study.model import Engine, Model
 from pellet_study.study import Study
 
@@ -68,13 +69,13 @@ def refine(
             values = {p: chosen.fit.point[state.model.column[f"{name}.{p}"]] for p in effect.parameters}
             study = study.with_effect(name, values)
             added.append(name)
-            state = calibrate(study, Model(study, engines=state.model.engines), state.evidence, extra_starts=1)
+            state = calibrate(study, Model(study, engines=state.model.engines), _kept(state), extra_starts=1)
             comparison = compare(study, state, level_out=propose)
             steps.append(comparison)
         for name in needless(study, state, added):
             study = study.without_effect(name)
             added.remove(name)
-            state = calibrate(study, Model(study, engines=state.model.engines), state.evidence)
+            state = calibrate(study, Model(study, engines=state.model.engines), _kept(state))
             comparison = compare(study, state, level_out=propose)
             steps.append(comparison)
         if len(added) >= most:
@@ -88,6 +89,11 @@ def refine(
     return Refinement(
         diagnoses[-1].verdict, tuple(added), diagnoses[-1].tied, tuple(steps), tuple(diagnoses), study, first, state
     )
+
+
+def _kept(state: Calibrated) -> Evidence | None:
+    """The evidence for the next model of the same rows; gathered anew where the model's own scatter is part of it."""
+    return None if state.model.scatters else state.evidence
 
 
 def needless(study: Study, state: Calibrated, added: list[str]) -> list[str]:

@@ -1,6 +1,6 @@
 """Pictures of grains as shaded balls: an orthographic view with depth buffer, ambient occlusion and a plate's shadow.
 
-Nothing but numpy; `picture` gives an array to show or save. Grains come from a CSV with columns x, y, z, radius (m) or
+Nothing but numpy; `picture` gives an array to show or save. Grains come from a CSV with columns x_m, y_m, z_m, radius_m or
 from (centres, radii), as particles.py and the rigs give them.
 """
 
@@ -12,8 +12,9 @@ import pandas as pd
 from pellet_study import look
 from pellet_study.errors import InputError
 from pellet_study.look import styled
+from yade_scripts import heap
 
-COLUMNS = ("x", "y", "z", "radius")
+COLUMNS = ("x_m", "y_m", "z_m", "radius_m")
 GRAIN = (0.86, 0.78, 0.62)  # soybean meal and diatomaceous earth
 SEED = (0.66, 0.52, 0.28)
 PLATE = (0.93, 0.935, 0.94)
@@ -21,7 +22,7 @@ LIGHT_FROM = np.array([-0.45, 0.62, 0.64])  # to the right, up and towards the c
 
 
 def read_grains(file: Path) -> tuple[np.ndarray, np.ndarray]:
-    """Centres (n, 3) and radii (n,) of the grains in a CSV with columns x, y, z, radius (m).
+    """Centres (n, 3) and radii (n,) of the grains in a CSV with columns x_m, y_m, z_m, radius_m.
 
     Raises
     ------
@@ -31,7 +32,7 @@ def read_grains(file: Path) -> tuple[np.ndarray, np.ndarray]:
         table = pd.read_csv(file, comment="#")
         grains = table[list(COLUMNS)].to_numpy(float)
     except (OSError, ValueError, KeyError) as error:
-        raise InputError(f"{file}: expected a CSV with columns {', '.join(COLUMNS)} in m ({error})") from None
+        raise InputError(f"{file}: expected a CSV with columns {', '.join(COLUMNS)} ({error})") from None
     if not len(grains) or not np.isfinite(grains).all() or (grains[:, 3] <= 0).any():
         raise InputError(f"{file}: expected at least one grain, finite places and radii above 0")
     return grains[:, :3], grains[:, 3]
@@ -149,14 +150,23 @@ def _shadow(centres, radii, plate, camera, low, scale, shape) -> np.ndarray:
 
 
 @styled
-def with_scale(image: np.ndarray, length_m: float, shown_m: float, height: float = 3.4):
-    """A picture with a scale bar of `length_m`; the picture is `shown_m` wide."""
-    rows, columns = image.shape[:2]
-    figure, axes = look.new_axes(height * columns / rows, height)
-    axes.imshow(image, interpolation="lanczos")
-    axes.set_axis_off()
-    bar = columns * length_m / shown_m
-    x, y = 0.04 * columns, 0.95 * rows
-    axes.plot([x, x + bar], [y, y], color="black", linewidth=2.5, solid_capstyle="butt")
-    axes.text(x + bar / 2, y - 0.015 * rows, f"{1e3 * length_m:g} mm", ha="center", va="bottom")
+def profile(centres, radii):
+    """A heap's outline from one side with the lines through both flanks, as the source paper's Figures 9 and 10."""
+    x, height = heap.silhouette(centres, radii, 0.0)
+    flanks = heap.fit_flanks(x, height)
+    figure, axes = look.new_axes(6.0, 3.4)
+    axes.fill_between(1e3 * x, 1e3 * height, color=look.BAND)
+    axes.plot(1e3 * x, 1e3 * height, color="black", linewidth=1, label="outline of the grains")
+    for flank, side, colour, dash in zip(
+        flanks, ("left", "right"), (look.MEASURED, look.MODEL), ("-", "--"), strict=True
+    ):
+        along = np.array([flank.start, flank.end])
+        label = f"{side} flank {flank.angle_deg:.2f} deg"
+        axes.plot(
+            1e3 * along, 1e3 * (flank.height_at_0 + flank.slope * along), dash, color=colour, linewidth=2.5, label=label
+        )
+    axes.set_aspect("equal")
+    axes.set_xlabel("place (mm)")
+    axes.set_ylabel("height above the plate (mm)")
+    figure.legend(loc="outside lower center", ncols=3)
     return figure

@@ -10,7 +10,7 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 import pellet_study
-from pellet_study import answers, figures, look, pictured, stages
+from pellet_study import answers, figures, look, pictured, powder_stages, stages
 from pellet_study.errors import InputError
 from pellet_study.look import label
 from pellet_study.pages import number, probability
@@ -54,7 +54,7 @@ def page(folder: Path) -> str:
     diagnoses = _diagnoses(refined, _answer(folder, "diagnose"))
     steps = _whole(folder, answers.read_history(folder))
     try:
-        done = stages.stages(folder)
+        done = stages.stages(study, folder)
         told = {
             "title": study.title,
             "place": folder.as_posix(),
@@ -148,6 +148,7 @@ def _short(compared, diagnoses, steps, done) -> list[str]:
         found.append(_verdict(diagnoses[-1]))
     if done:
         found.append(f"Calibrated stage by stage: {', '.join(s['heading'] for s in done if s['pictures'])}.")
+    found += [line for s in done if s["heading"].endswith("validation") for line in s["words"]]
     return found
 
 
@@ -455,7 +456,12 @@ def _repeat(folder: Path) -> dict:
             ("ranking, next measurement", ("diagnose.json", "diagnose.txt"), f"diagnose {place}"),
             ("effects added, error step by step", ("refine.json", "refine.txt"), f"refine {place}"),
             ("the error ladder", (answers.HISTORY,), f"history {place}"),
-            ("seed bench tests", ("calibration.csv", "summary.txt", "runs.csv"), f"bench {place}"),
+            (
+                "powder calibration",
+                ("runs.csv", *(f"{stage}/decision.json" for stage in powder_stages.STAGES)),
+                f"calibrate {place}",
+            ),
+            ("seed bench tests", ("calibration.csv", "summary.txt"), f"bench {place}"),
         )
     ]
     return table(("numbers", "files", "command"), rows)

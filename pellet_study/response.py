@@ -6,11 +6,11 @@
 x are the free parameters scaled to -1...1 (on a logarithmic scale where their range spans a factor of two), u the amount
 of an effect as a share of its physical limit (0: absent), s its shape parameters scaled likewise. The scatter of a mean
 is taken as proportional to the mean: generalized linear models with gamma variance and logarithmic link (McCullagh &
-Nelder 1989, doi:10.1007/978-1-4899-3242-6). Curvature and interactions of an effect have priors about 0 (c2, c3:
-standard deviation 1; g: 0.5), which count where its few simulations scatter more than that. Beyond the physical limit
-ln mu goes on along its tangent.
+Nelder 1989, doi:10.1007/978-1-4899-3242-6). Curvature and interactions of an effect have priors
+about 0, as wide as all its simulations in a rig make likeliest. Beyond the physical limit ln mu goes on along its tangent.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +18,8 @@ from scipy.stats import qmc
 
 SPANS = 2.0  # ratio of the ends of a range from which on its logarithm is taken
 FLOOR = 1e-3  # of the median mean; smaller means count as this
-CURVATURE, INTERACTION = 1.0, 0.5  # prior standard deviations of an effect's coefficients
+LINEAR = 10.0  # prior standard deviation of an effect's first coefficient: none to speak of
+SCALES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # from which those of its curvature and interactions are chosen
 ROUNDS = 12
 
 
@@ -70,11 +71,6 @@ def effect_terms(u: np.ndarray, shapes: np.ndarray, x: np.ndarray) -> np.ndarray
     )
 
 
-def effect_prior(shapes: int, parameters: int) -> np.ndarray:
-    """Prior standard deviation of the coefficient of each of `effect_terms`."""
-    return np.array([np.inf, CURVATURE, CURVATURE] + [np.inf] * shapes + [INTERACTION] * parameters)
-
-
 @dataclass(frozen=True)
 class Surface:
     """Coefficients of ln mu, their covariance, and the relative scatter (variance over mean squared) of one point."""
@@ -84,30 +80,70 @@ class Surface:
     scatter: float
 
     @classmethod
-    def fitted(cls, terms, means, offset=0.0, prior_sd=np.inf, least_scatter: float = 1e-8) -> "Surface":
-        """Fit to the means of points, by reweighted least squares with Gaussian priors about 0.
+    def fitted(cls, terms, means) -> "Surface":
+        """Fit to the means of points, by reweighted least squares.
 
         Parameters
         ----------
         terms : (n, T)
         means : (n,) means over seeds; those below a thousandth of the median count as that
-        offset : (n,) known part of ln mu
-        prior_sd : (T,) prior standard deviations of the coefficients
-        least_scatter : the relative scatter is not taken below this (another fit's)
         """
         means = np.maximum(means, max(FLOOR * np.median(np.abs(means)), 1e-12))
-        precision = np.diag(np.broadcast_to(1 / np.square(prior_sd), terms.shape[1]))
-        scatter, eta = max(least_scatter, 1e-4), np.log(means)  # the usual start: the means themselves
+        inverse = np.linalg.inv(terms.T @ terms + 1e-12 * np.eye(terms.shape[1]))
+        eta = np.log(means)  # the usual start: the means themselves
         for _ in range(ROUNDS):
-            deviation = means * np.exp(-eta) - 1
-            normal = terms.T @ terms + scatter * precision + 1e-12 * np.eye(terms.shape[1])
-            coefficients = np.linalg.solve(normal, terms.T @ (eta - offset + deviation))
-            eta = offset + terms @ coefficients
-            inverse = np.linalg.inv(normal)
-            free = len(means) - np.trace(inverse @ terms.T @ terms)
-            left = float(np.square(means * np.exp(-eta) - 1).sum())
-            scatter = max(least_scatter, left / free if free > 0.5 else 0.0)
+            coefficients = inverse @ (terms.T @ (eta + means * np.exp(-eta) - 1))
+            eta = terms @ coefficients
+        free = max(len(means) - terms.shape[1], 1)
+        scatter = max(float(np.square(means * np.exp(-eta) - 1).sum()) / free, 1e-8)
         return cls(coefficients, scatter * inverse, scatter)
+
+
+@dataclass(frozen=True)
+class EffectRuns:
+    """What a site's simulations of an effect gave: terms (n, T), ln mu above the base surface (n,), its variance (n,)."""
+
+    terms: np.ndarray
+    shift: np.ndarray
+    variance: np.ndarray
+
+    @classmethod
+    def of(cls, terms: np.ndarray, means: np.ndarray, base: Surface, base_terms: np.ndarray) -> "EffectRuns":
+        """From the means of points and the base surface there."""
+        means = np.maximum(means, max(FLOOR * np.median(np.abs(means)), 1e-12))
+        known = ((base_terms @ base.covariance) * base_terms).sum(axis=1)
+        # the logarithm of a mean that scatters lies half the variance below the logarithm of its expectation
+        return cls(terms, np.log(means) + base.scatter / 2 - base_terms @ base.coefficients, known + base.scatter)
+
+
+def fitted_effects(runs: Sequence[EffectRuns], shapes: int) -> list[Surface]:
+    """Surfaces of one effect at the sites of a rig, by Bayesian linear regression with known scatter.
+
+    The prior standard deviations of curvature (c2, c3) and interactions (g) are those under which the runs of all sites
+    together are likeliest (MacKay 1992, doi:10.1162/neco.1992.4.3.415).
+    """
+    best, chosen = -np.inf, None
+    for curvature in SCALES:
+        for interaction in SCALES:
+            prior = _prior(runs[0].terms.shape[1], shapes, curvature, interaction)
+            likelihood = 0.0
+            for run in runs:
+                spread_of = np.diag(run.variance) + (run.terms * prior**2) @ run.terms.T
+                _, determinant = np.linalg.slogdet(spread_of)
+                likelihood -= 0.5 * (determinant + run.shift @ np.linalg.solve(spread_of, run.shift))
+            if likelihood > best:
+                best, chosen = likelihood, prior
+    found = []
+    for run in runs:
+        weighted = run.terms / run.variance[:, None]
+        covariance = np.linalg.inv(run.terms.T @ weighted + np.diag(chosen**-2))
+        found.append(Surface(covariance @ (weighted.T @ run.shift), covariance, float(run.variance.mean())))
+    return found
+
+
+def _prior(terms: int, shapes: int, curvature: float, interaction: float) -> np.ndarray:
+    parameters = terms - 3 - shapes
+    return np.array([LINEAR, curvature, curvature] + [LINEAR] * shapes + [interaction] * parameters)
 
 
 def spread(count: int, dimensions: int, seed: int) -> np.ndarray:

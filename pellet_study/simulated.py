@@ -17,7 +17,16 @@ import numpy as np
 from pellet_study import dispatch, rigs, yade
 from pellet_study.engine import Request
 from pellet_study.errors import SimulationError
-from pellet_study.response import Factor, Surface, amounts, effect_prior, effect_terms, quadratic, spread
+from pellet_study.response import (
+    EffectRuns,
+    Factor,
+    Surface,
+    amounts,
+    effect_terms,
+    fitted_effects,
+    quadratic,
+    spread,
+)
 from pellet_study.study import Study
 
 BASE = 2.4  # points a term of the base surface
@@ -77,6 +86,9 @@ class Simulated:
         self._means: dict[tuple[str, str], tuple] | None = None
         self._base: dict[Site, Surface] = {}
         self._effects: dict[tuple[Site, str], Surface] = {}
+        self._known: dict[tuple, list[Site]] = {}
+        self._stacks: dict[tuple, tuple] = {}
+        self._ready: set[tuple] = set()
 
     def predict(self, requests: Sequence[Request]) -> list[tuple[np.ndarray, np.ndarray]]:
         """Means and the variances of the means, (points, cases) for each request.
@@ -120,6 +132,11 @@ class Simulated:
 
     def _sites(self, request: Request) -> list[Site]:
         """The cases of a request, known and fixed parameters with their values."""
+        fixed_values = {n: v[0, 0] for n, v in request.parameters.items() if np.ndim(v) == 2 and n not in self.ranges}
+        arrays = [*request.conditions.values(), *(v for v in request.parameters.values() if np.ndim(v) == 1)]
+        key = (request.rig, request.observable, *fixed_values.items(), *(np.asarray(a).tobytes() for a in arrays))
+        if key in self._known:
+            return self._known[key]
         count = len(next(iter(request.conditions.values())))
         conditions = rigs.rig(request.rig).conditions
         found = []
@@ -133,6 +150,7 @@ class Simulated:
                     fixed[name] = float(values[0, 0])
             given = {c: float(v[k]) for c, v in request.conditions.items() if c in conditions}
             found.append(Site(request.rig, request.observable, tuple(given.items()), tuple(fixed.items())))
+        self._known[key] = found
         return found
 
     def _factors(self, site: Site) -> dict[str, Factor]:
@@ -186,6 +204,11 @@ class Simulated:
 
     def _prepare(self, requests: Sequence[Request], sites: Sequence[Sequence[Site]]) -> None:
         """Make the surfaces that are missing, all their simulations in one batch."""
+        asked = {
+            (id(mine), name) for request, mine in zip(requests, sites, strict=True) for name in (None, *request.effects)
+        }
+        if asked <= self._ready:
+            return
         bases = list(dict.fromkeys(s for mine in sites for s in mine if s not in self._base))
         wanted = []
         for request, mine in zip(requests, sites, strict=True):
@@ -193,8 +216,6 @@ class Simulated:
                 if self.catalogue.effects[name].reading is None:
                     wanted += [(s, name) for s in mine if (s, name) not in self._effects]
         wanted = list(dict.fromkeys(wanted))
-        if not bases and not wanted:
-            return
         plans = {s: self._base_points(s) for s in bases}
         plans |= {key: self._effect_points(*key) for key in wanted}
         points = [p for plan in plans.values() for p in plan]
@@ -208,23 +229,26 @@ class Simulated:
         results = dict(zip(points, found, strict=True))
         for site in bases:
             self._base[site] = self._fit_base(site, plans[site], results)
-        for key in wanted:
-            self._effects[key] = self._fit_effect(key, plans[key], results)
+        groups: dict[tuple[str, str, str], list[Site]] = {}
+        for site, name in wanted:
+            groups.setdefault((site.rig, site.observable, name), []).append(site)
+        for (_, _, name), mine in groups.items():
+            runs = [self._effect_runs(site, name, plans[site, name], results) for site in mine]
+            shapes = len(self.catalogue.effects[name].parameters) - 1
+            for site, surface in zip(mine, fitted_effects(runs, shapes), strict=True):
+                self._effects[site, name] = surface
+        self._ready |= asked
 
     def _fit_base(self, site: Site, plan: Sequence[Point], results: Mapping) -> Surface:
         kept, means = self._kept(site, plan, results)
         return Surface.fitted(quadratic(self._scaled(site, [p.factors for p in kept])), means)
 
-    def _fit_effect(self, key: tuple[Site, str], plan: Sequence[Point], results: Mapping) -> Surface:
-        site, name = key
+    def _effect_runs(self, site: Site, name: str, plan: Sequence[Point], results: Mapping) -> EffectRuns:
         kept, means = self._kept(site, plan, results)
         x = self._scaled(site, [p.factors for p in kept])
         given = [dict(p.effect[1]) for p in kept]
         u, shapes = self._amounts(name, {k: np.array([values[k] for values in given]) for k in given[0]})
-        base = self._base[site]
-        prior = effect_prior(shapes.shape[1], x.shape[1])
-        offset = quadratic(x) @ base.coefficients
-        return Surface.fitted(effect_terms(u, shapes, x), means, offset, prior, base.scatter)
+        return EffectRuns.of(effect_terms(u, shapes, x), means, self._base[site], quadratic(x))
 
     def _kept(self, site: Site, plan: Sequence[Point], results: Mapping) -> tuple[list[Point], np.ndarray]:
         """Points that gave a mean, and their means."""
@@ -320,6 +344,16 @@ class Simulated:
         u = (values[amount] - absent) / reach
         return u, np.array(scaled).reshape(len(shapes), len(u)).T
 
+    def _stacked(self, sites: Sequence[Site], effect: str | None, terms: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """(m, T) terms to (m, k) parts of ln mu and their variances, by the surfaces of k sites."""
+        key = (tuple(map(id, sites)), effect)
+        if key not in self._stacks:
+            surfaces = [self._base[s] if effect is None else self._effects[s, effect] for s in sites]
+            both = np.stack([s.coefficients for s in surfaces], axis=1), np.stack([s.covariance for s in surfaces])
+            self._stacks[key] = sites, *both
+        _, coefficients, covariance = self._stacks[key]
+        return terms @ coefficients, ((terms @ covariance) * terms).sum(axis=2).T
+
     def _evaluate(self, request: Request, sites: Sequence[Site]) -> tuple[np.ndarray, np.ndarray]:
         factors = self._factors(sites[0])
         columns = [factor.scaled(request.parameters[name][:, 0]) for name, factor in factors.items()]
@@ -327,9 +361,7 @@ class Simulated:
         m = max([len(v) for v in given if np.ndim(v) == 2], default=1)
         x = np.stack([np.broadcast_to(c, (m,)) for c in columns], axis=1) if columns else np.empty((m, 0))
         terms = quadratic(x)
-        surfaces = [self._base[s] for s in sites]
-        log_mean = terms @ np.array([s.coefficients for s in surfaces]).T
-        relative = np.stack([((terms @ s.covariance) * terms).sum(axis=1) for s in surfaces], axis=1)
+        log_mean, relative = self._stacked(sites, None, terms)
         readings = []
         for name, values in request.effects.items():
             values = {k: np.broadcast_to(np.asarray(v)[:, 0], (m,)) for k, v in values.items()}
@@ -337,11 +369,12 @@ class Simulated:
             if reading is not None:
                 readings.append((reading, {k: v[:, None] for k, v in values.items()}))
                 continue
-            own = effect_terms(*self._amounts(name, values), x)
-            for k, site in enumerate(sites):
-                surface = self._effects[site, name]
-                log_mean[:, k] += own @ surface.coefficients
-                relative[:, k] += ((own @ surface.covariance) * own).sum(axis=1)
+            here = np.flatnonzero(self._amounts(name, values)[0])  # a candidate is absent in most points
+            if len(here):
+                own = {k: v[here] for k, v in values.items()}
+                shift, more = self._stacked(sites, name, effect_terms(*self._amounts(name, own), x[here]))
+                log_mean[here] += shift
+                relative[here] += more
         mean = np.exp(np.clip(log_mean, -50, 50))
         variance = relative * mean**2
         for reading, values in readings:

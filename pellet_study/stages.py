@@ -8,11 +8,19 @@ from pellet_study import bench_report, paper
 from pellet_study.bench_report import PAPER_FOUND
 from pellet_study.look import label, words
 from pellet_study.parts import picture, table
+from pellet_study.powder_stages import OBSERVABLE, powder
+from pellet_study.study import Study
 
 
-def stages(folder: Path) -> list[dict]:
+def stages(study: Study, folder: Path) -> list[dict]:
     """The stages done in a folder, in the source paper's order: {"heading", "words", "pictures", "tables"}."""
-    return bench(folder)
+    angles = [row for row in study.rows if row.rig == "repose" and row.observable == OBSERVABLE and row.split == "fit"]
+    measured = None
+    if angles:
+        value = sum(row.n * row.value for row in angles) / sum(row.n for row in angles)
+        sds = [row.sd for row in angles if row.sd is not None]
+        measured = (value, (sum(sd**2 for sd in sds) / len(sds)) ** 0.5 if sds else None)
+    return bench(folder) + powder(folder, measured)
 
 
 def bench(folder: Path) -> list[dict]:

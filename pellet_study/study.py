@@ -1,9 +1,13 @@
 """A study folder: study.toml, its measurements, and effects and rigs of the user's own."""
 
+import fcntl
+import logging
 import math
+import os
 import re
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -12,6 +16,7 @@ from pellet_study.catalogue import Catalogue, nearest
 from pellet_study.errors import InputError
 from pellet_study.measurements import Measurement, read
 
+log = logging.getLogger(__name__)
 KEYS = (
     "title",
     "measurements",
@@ -23,6 +28,7 @@ KEYS = (
     "surface_energy_scaling",
     "effort",
 )
+LARGEST = 1_000_000  # bytes
 CONTACT_LAWS = ("hertz_mindlin", "cohesive_frictional")
 EFFORT = (0.5, 100.0)  # simulations of the rigs on YADE, as a multiple of the least that answers
 SCALINGS = ("bond_number", "none")
@@ -110,16 +116,7 @@ def load(folder: Path) -> Study:
     """
     folder = Path(folder)
     file = folder / "study.toml"
-    try:
-        text = file.read_text(encoding="utf-8")
-    except FileNotFoundError:
-        raise InputError(f"{file}: no such file; a study is a folder with study.toml and measurements.csv") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"{file}: cannot be read: {error}") from None
-    try:
-        given = tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"{file}: no valid TOML: {error}") from None
+    given = _toml_in(file)
     for key in given:
         if key not in KEYS:
             raise InputError(f"{file}: {key!r} is unknown{nearest(key, KEYS)}")
@@ -141,6 +138,22 @@ def load(folder: Path) -> Study:
     )
     check(study, f"{file}: ")
     return study
+
+
+def _toml_in(file: Path) -> dict:
+    """What study.toml says."""
+    try:
+        if file.exists() and (not file.is_file() or file.stat().st_size > LARGEST):
+            raise InputError(f"{file}: expected a text file of at most {LARGEST} bytes")
+        return tomllib.loads(file.read_text(encoding="utf-8-sig"))
+    except FileNotFoundError:
+        raise InputError(f"{file}: no such file; a study is a folder with study.toml and measurements.csv") from None
+    except UnicodeDecodeError as error:
+        raise InputError(f"{file}: no UTF-8 text ({error.reason} at byte {error.start}); save it as UTF-8") from None
+    except (tomllib.TOMLDecodeError, RecursionError) as error:
+        raise InputError(f"{file}: no valid TOML: {error}") from None
+    except (OSError, ValueError) as error:
+        raise InputError(f"{file}: cannot be read: {error}") from None
 
 
 def check(study: Study, where: str = "") -> None:
@@ -165,7 +178,11 @@ def check(study: Study, where: str = "") -> None:
 
 def _inside(folder: Path, file: Path, name: str) -> Path:
     path = folder / name
-    if not path.resolve().is_relative_to(folder.resolve()):
+    try:
+        inside = path.resolve().is_relative_to(folder.resolve())
+    except (OSError, RuntimeError, ValueError) as error:  # links in a circle; no path at all
+        raise InputError(f"{file}: measurements {name!r} is no path: {error}") from None
+    if not inside:
         raise InputError(f"{file}: measurements {name!r} lies outside the study; copy the file into {folder}")
     return path
 
@@ -174,6 +191,8 @@ def _text(file: Path, given: dict, key: str, default: str) -> str:
     value = given.get(key, default)
     if not isinstance(value, str):
         raise InputError(f"{file}: {key}: expected text in quotes, got {value!r}")
+    if not value.isprintable():
+        raise InputError(f"{file}: {key}: expected one line of text without control characters, got {value!r}")
     return value
 
 
@@ -195,9 +214,13 @@ def _setting(where: str, given, limits: tuple[float, float] = (-math.inf, math.i
     """A number, or {value, min, max}."""
 
     def number(key: str, value) -> float:
-        if isinstance(value, bool) or not isinstance(value, (int, float)) or not math.isfinite(value):
-            raise InputError(f"{where}: {key}: expected a finite number, got {value!r}")
-        return float(value)
+        try:
+            found = float(value) if isinstance(value, (int, float)) and not isinstance(value, bool) else math.nan
+        except OverflowError:
+            found = math.inf
+        if not math.isfinite(found):
+            raise InputError(f"{where}: {key}: expected a finite number, got {str(value)[:60]!r}")
+        return found
 
     if not isinstance(given, dict):
         setting = Setting(number("value", given))
@@ -285,6 +308,24 @@ def _possible(file: Path, given: dict, catalogue: Catalogue) -> dict[str, dict[s
             if rig.conditions[condition].get("positive") and found[name][condition][0] <= 0:
                 raise InputError(f"{where}: expected more than 0")
     return found
+
+
+@contextmanager
+def alone(folder: Path) -> Iterator[None]:
+    """Hold a study while its study.toml and history are edited; a second command that edits them waits."""
+    if not folder.is_dir():
+        yield
+        return
+    descriptor = os.open(folder, os.O_RDONLY)
+    try:
+        try:
+            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            log.info("waiting for another command that edits %s", folder)
+            fcntl.flock(descriptor, fcntl.LOCK_EX)
+        yield
+    finally:
+        os.close(descriptor)
 
 
 def write_effect(file: Path, name: str, values: Mapping[str, Setting]) -> None:

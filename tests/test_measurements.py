@@ -49,7 +49,7 @@ def test_known_parameter_and_blank_condition_of_another_rig(tmp_path):
             ("line 2", "layer_on_inclin", "did you mean 'layer_on_incline'"),
         ),
         ((HEADER, "layer_on_incline,slip_angle,30,20"), ("line 2", "slip_angle", "slip_angle_deg")),
-        ((HEADER, ROW, "layer_on_incline,slip_angle_deg,thirty,20"), ("line 3", "thirty", "no number")),
+        ((HEADER, ROW, "layer_on_incline,slip_angle_deg,thirty,20"), ("line 3", "thirty", "expected a number")),
         ((HEADER, "layer_on_incline,slip_angle_deg,nan,20"), ("line 2", "finite")),
         ((HEADER, "layer_on_incline,slip_angle_deg,30,-3"), ("line 2", "layer_height_mm", "more than 0")),
         ((HEADER, "layer_on_incline,slip_angle_deg,30"), ("line 2", "3 cells", "4")),

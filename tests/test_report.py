@@ -5,10 +5,13 @@ import re
 import shutil
 from pathlib import Path
 
+import numpy as np
+import pandas as pd
 import pytest
 
-from pellet_study import answers, report
+from pellet_study import answers, paper, report
 from pellet_study.errors import InputError
+from pellet_study.paper import designs, results
 from tests.browser import WIDTHS, chromium, inspect
 from tests.make_study import command, folder, incline
 
@@ -81,7 +84,7 @@ def test_what_is_not_there_yet_is_named_with_its_command(tmp_path):
 def test_the_bench_stages_are_drawn_from_their_files(bench):
     text = text_of(bench)
     assert text.count("data:image/svg+xml") == 3 and text.count("data:image/png") == 1
-    for value in ("0.2275", "0.6208", "0.2488"):
+    for value in ("0.2275", "0.62079", "0.24885"):
         assert value in text
 
 
@@ -126,3 +129,80 @@ def test_in_a_browser(refined, bench, tmp_path):
                 for image in seen["images"]:
                     assert image["alt"] and image["shown"] > 100
                     assert image["lightest"] - image["darkest"] > 60, image["alt"]
+
+
+REPOSE = """
+RIG = {"name": "repose", "parameters": {}, "conditions": {}, "observables": {"repose_angle_deg": "of the heap"}}
+
+
+def predict(parameters, conditions, effects):
+    raise NotImplementedError("a page simulates nothing")
+"""
+
+
+def chain_folder(study: Path) -> Path:
+    """The source paper's own tables in the files `calibrate` writes, in place of simulated heaps."""
+    (study / "rigs").mkdir(parents=True)
+    (study / "rigs" / "repose.py").write_text(REPOSE)
+    (study / "study.toml").write_text('title = "Powder"\n')
+    (study / "measurements.csv").write_text("rig,observable,value,sd,n\nrepose,repose_angle_deg,41.69,0.79,3\n")
+    ranges = designs.screening_factors()
+
+    def leave(stage, runs, decision):
+        (study / stage).mkdir()
+        runs.assign(stage=stage, direction_error_deg=0.3, verdict="ok").to_csv(study / stage / "runs.csv", index=False)
+        (study / stage / "decision.json").write_text(json.dumps(decision))
+
+    printed = paper.table(7).drop(columns="No.")
+    runs = pd.DataFrame({f.name: f.physical(printed[f.name]) for f in ranges})
+    leave("screening", runs.assign(repose_angle_deg=printed.iloc[:, -1]), {"factors": ["B", "C", "G"]})
+    path = results.climb()[0]
+    centre = {"B": 0.86, "C": 0.29, "G": 0.14}
+    leave(
+        "climb",
+        path.points.assign(repose_angle_deg=path.predicted),
+        {"factors": ["B", "C", "G"], "centre": centre, "reached": True},
+    )
+    box = {"B": [0.9, 0.82], "C": [0.25, 0.33], "G": [0.1, 0.18]}
+    printed = paper.table(12).drop(columns="No.")
+    runs = pd.DataFrame({n: (a + b) / 2 + printed[n] * (b - a) / 2 for n, (a, b) in box.items()})
+    leave("surface", runs.assign(box=0, repose_angle_deg=printed.iloc[:, -1]), {"box": box})
+    decision = {
+        "mean_deg": 41.3, "standard_error_deg": 0.2, "interval_deg": [40.8, 41.8], "measured_deg": 41.69, "error_percent": 0.94,
+        "error_interval_percent": [-2.1, 0.3], "margin_deg": 0.79, "p_tost": 0.03, "equivalent": True,
+    }  # fmt: skip
+    leave("validation", pd.DataFrame({"repose_angle_deg": [41.0, 41.3, 41.6]}), decision)
+    rng = np.random.default_rng(0)
+    place = rng.uniform((-1, -1, 0), (1, 1, 0.9), (9000, 3))
+    place = 0.05 * place[place[:, 2] < 0.9 * (1 - np.hypot(place[:, 0], place[:, 1]))]
+    grains = pd.DataFrame(place, columns=["x_m", "y_m", "z_m"]).assign(radius_m=0.0012)
+    grains.to_csv(study / "heap_grains.csv", index=False)
+    return study
+
+
+def test_the_powder_chain_is_drawn_from_its_files(tmp_path):
+    study = chain_folder(tmp_path / "study")
+    text = text_of(study)
+    stages = re.findall(r"<h3>(Powder: .*?)</h3>", text)
+    assert [s.split(": ")[1] for s in stages] == [
+        "screening", "the climb", "the surface and what meets the angle", "validation"
+    ]  # fmt: skip
+    effects = pd.read_csv(ROOT / "results" / "paper" / "table08_effects.csv")
+    for value in effects["effect_deg"]:
+        assert f"{value:+.2f} ±" in text
+    assert text.count("data:image/png") == 1  # the heap
+    with chromium() as browser:
+        for width in WIDTHS:
+            seen = inspect(browser, study / report.FILE, width)
+            assert seen["messages"] == [] and seen["wide"] <= width and seen["overflow"] == []
+            assert len(seen["images"]) == 10
+            for image in seen["images"]:
+                assert image["lightest"] - image["darkest"] > 60, image["alt"]
+
+
+@pytest.mark.parametrize("stage", ("screening", "climb", "surface", "validation"))
+def test_a_damaged_stage_is_named(stage, tmp_path):
+    study = chain_folder(tmp_path / "study")
+    (study / stage / "runs.csv").write_text("a,b\n1,2\n")
+    with pytest.raises(InputError, match=stage):
+        report.page(study)

@@ -1,6 +1,6 @@
 """The bench demonstration: 28 conditions in three rigs on YADE, three free parameters, readings of single seeds.
 
-14 rebounds (7 drop heights, 2 seeds), 10 slip angles (3 seeds, loads), 4 roll-outs (2 slopes, 2 lengths). A rebound or
+14 rebounds (7 drop heights, 2 seeds), 12 slip angles (3 seeds, loads), 2 roll-outs (slopes and lengths). A rebound or
 roll-out scatters because seeds land anyhow; a slip angle is read with half a degree.
 """
 
@@ -24,7 +24,7 @@ TRUTH = {
     "seed_powder_static_friction": (0.5, 0.7),
     "seed_powder_rolling_friction": (0.2, 0.3),
 }
-REPEATS = {"rebound": 60, "slope_slip": 10, "inclined_roll": 6}
+REPEATS = {"rebound": 60, "slope_slip": 10, "inclined_roll": 10}
 SCATTER = {"rebound": 0.55, "inclined_roll": 0.42}  # of single readings over their mean, measured; for planning only
 READING_SD_DEG = 0.5  # of a slip angle
 OBSERVABLES = {"rebound": "rebound_height_mm", "slope_slip": "slip_angle_deg", "inclined_roll": "roll_distance_mm"}
@@ -38,11 +38,12 @@ def conditions() -> list[tuple[str, dict[str, float]]]:
         for d in (1.5, 2.4)
         for h in (60, 85, 120, 170, 240, 330, 450)
     ]
-    loads = [(1.5, 0), (1.5, 2), (1.5, 6), (2.2, 0), (2.2, 5), (2.2, 15), (3.0, 0), (3.0, 6), (3.0, 18), (3.0, 50)]
-    found += [("slope_slip", {"seed_length_mm": d, "added_mass_mg": float(m)}) for d, m in loads]
-    for slope in (30.0, 45.0):
-        for length in (60.0, 150.0):
-            found.append(("inclined_roll", {"seed_length_mm": 2.2, "slope_deg": slope, "release_distance_mm": length}))
+    loads = {1.5: (0, 2, 6), 2.2: (0, 2, 5, 15), 3.0: (0, 6, 18, 30, 50)}
+    found += [
+        ("slope_slip", {"seed_length_mm": d, "added_mass_mg": float(m)}) for d, masses in loads.items() for m in masses
+    ]
+    for slope, length in ((30.0, 60.0), (45.0, 150.0)):
+        found.append(("inclined_roll", {"seed_length_mm": 2.2, "slope_deg": slope, "release_distance_mm": length}))
     return found
 
 

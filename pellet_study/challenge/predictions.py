@@ -81,7 +81,10 @@ class Stored:
 
 
 def sizes(stored: Stored) -> list[tuple[str, float, int, float]]:
-    """(effect, lambda, sign, amount) of every strength that an effect reaches within its physical range."""
+    """(effect, lambda, sign, amount) of every strength that an effect reaches within its physical range.
+
+    One that reaches none stands there once, at its physical limit and the strength it has there.
+    """
     found = []
     for name in stored.model.effects:
         sides = stored.study.catalogue.effects[name].sides
@@ -90,6 +93,10 @@ def sizes(stored: Stored) -> list[tuple[str, float, int, float]]:
                 amount = stored.size(TRUE, name, lam, sign)
                 if amount is not None:
                     found.append((name, lam, sign, amount))
+        if name not in {entry[0] for entry in found}:
+            effect = stored.study.catalogue.effects[name]
+            limit = effect.parameters[effect.amount]["physical"][1]
+            found.append((name, round(stored.strength(TRUE, {name: limit}), 1), 1, limit))
     return found
 
 

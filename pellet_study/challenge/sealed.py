@@ -47,7 +47,7 @@ def seal(number: int, folder: Path, stored: Stored, effects: Sequence[str]) -> N
 
     Parameters
     ----------
-    effects : names of those the rigs can show, hidden in turn
+    effects : names of those hidden in turn; one that does not reach the strength drawn is hidden at its physical limit
     """
     kind = kinds()[number]
     turn = kinds()[:number].count(kind)
@@ -70,7 +70,7 @@ def seal(number: int, folder: Path, stored: Stored, effects: Sequence[str]) -> N
         "kind": kind,
         "effects": hidden,
         "parameters": parameters,
-        "numerics": "other" if turn % 2 else "the model's",
+        "numerics": "other" if (turn + (turn // len(effects) if kind == "one" else 0)) % 2 else "the model's",
         "lambda": None if kind == "outside" else stored.strength(parameters, hidden) if hidden else 0.0,
     }
     place = folder / f"{number:02d}"
@@ -193,22 +193,10 @@ COLUMNS = (
 TOGETHER = 4  # trials whose seeds are simulated in one batch
 
 
-def shown_effects(stored: Stored) -> list[str]:
-    """Effects that reach the least strength of the trials within their physical range."""
-    middle = {name: sum(limits) / 2 for name, limits in bench.TRUTH.items()}
-    effects = stored.study.catalogue.effects
-    signs = {name: (1,) if effects[name].sides == 1 else (1, -1) for name in stored.model.effects}
-    return [
-        name
-        for name, both in signs.items()
-        if all(stored.size(middle, name, STRENGTHS[0], sign) is not None for sign in both)
-    ]
-
-
 def run(folder: Path, store: Path, count: int, seconds: float = np.inf, workers: int | None = None, show=None) -> Path:
     """Do the first `count` trials as far as they are not done; the table `sealed.csv` of all that are done."""
     stored = Stored(store, workers)
-    effects = shown_effects(stored)
+    effects = list(stored.model.effects)
     for number in range(count):
         if not (folder / f"{number:02d}" / "sealed.json").exists():
             seal(number, folder, stored, effects)

@@ -66,13 +66,13 @@ def predict(parameters, conditions, effects):
     weight = conditions["bulk_density_kg_m3"] * GRAVITY * 1e-3 * conditions["layer_height_mm"]  # rho g h, Pa
     friction = parameters["internal_friction"]
 
-    def excess(angle):
+    def excess(sine, cosine):
         """Driving less carried stress over rho g h; grows with the angle."""
-        normal = weight * np.cos(angle)
+        normal = weight * cosine
         carried = friction * normal
         for act, values in effects.values():
             carried = act(carried, normal, conditions, values)
-        return np.sin(angle) - carried / weight
+        return sine - carried / weight
 
     if not effects:
         return {"slip_angle_deg": np.degrees(np.arctan(friction + 0 * weight))}
@@ -81,16 +81,15 @@ def predict(parameters, conditions, effects):
         np.shape(weight),
         *(np.shape(v) for _, values in effects.values() for v in values.values()),
     )
-    low, high = np.zeros(shape), np.full(shape, np.pi / 2 - 1e-9)
+    half, step = np.full(shape, 0.5), 0.25  # of the angle's tangent over 1 + it: nothing to compute but a root
     for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        slides = excess(middle) > 0
-        high = np.where(slides, middle, high)
-        low = np.where(slides, low, middle)
-    angle = 0.5 * (low + high)
+        length = np.sqrt(half * half + (1 - half) ** 2)
+        half = np.where(excess(half / length, (1 - half) / length) > 0, half - step, half + step)
+        step *= 0.5
+    angle = np.arctan2(half, 1 - half)
     for _ in range(NEWTON_STEPS):  # secant slope over a small step: full accuracy for finite differences
-        here = excess(angle)
-        slope = (excess(angle + 1e-6) - here) / 1e-6
+        here = excess(np.sin(angle), np.cos(angle))
+        slope = (excess(np.sin(angle + 1e-6), np.cos(angle + 1e-6)) - here) / 1e-6
         angle = np.clip(angle - here / np.where(slope > 1e-3, slope, np.inf), 0.0, np.pi / 2 - 1e-9)
     return {"slip_angle_deg": np.degrees(angle)}
 

@@ -23,5 +23,8 @@ COMMANDS = {
     "audit": "recompute the printed numbers of the source paper",
 }
 
-SIMULATING = ("doctor", "bench", "compare", "diagnose", "add", "drop", "refine")
+SIMULATING = ("doctor", "bench", "compare", "diagnose", "add", "drop", "refine", "challenge")
 """Commands that may simulate, and take --scheduler and --time-limit."""
+
+EDITING = ("add", "drop", "refine")
+"""Commands that edit study.toml and the history: one at a time on a study."""

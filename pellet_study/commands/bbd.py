@@ -3,9 +3,9 @@
 import argparse
 from pathlib import Path
 
-from pellet_study.commands.pb import add_table_arguments, check_arguments, warn, write_design, writing
+from pellet_study.commands.pb import add_table_arguments, check_arguments, kept, warn, write_design, writing
 from pellet_study.errors import InputError
-from pellet_study.terminal import say
+from pellet_study.terminal import done, say
 
 EXAMPLES = """\
 TABLE.csv: factor columns in coded or physical units, the response in the last column; an empty response is a
@@ -96,6 +96,8 @@ def run(arguments: argparse.Namespace) -> dict:
     warn(warnings)
     if arguments.figures:
         answer["figures"] = _figures(arguments, used, found)
+    after = "--target ANGLE" if arguments.target is None else "--target ... --verify RUNS"
+    done(kept(arguments), None if arguments.verify else f"bbd {arguments.table} {after}")
     return answer
 
 

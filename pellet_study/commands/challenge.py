@@ -13,6 +13,7 @@ import sys
 from pathlib import Path
 
 from pellet_study.challenge import acceptance
+from pellet_study.terminal import done, folded, say
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -43,7 +44,9 @@ def run(arguments: argparse.Namespace) -> dict:
     answer = {"twins": _twins, "predictions": _predictions, "yade": _yade}[arguments.on](arguments, show)
     for row in answer["figures"]:
         cells = list(row.values())
-        print(f"{cells[0]:80s}{cells[1]:28s}{cells[2]:>9s}  {cells[3]:18s}{cells[4]:6d}  {cells[5]}")
+        say(folded([str(cells[0])]))
+        say(f"    {cells[1]:26s}{cells[2]:>9s}  {cells[3]:18s}{cells[4]:6d}  {cells[5]}")
+    done(arguments.study)
     return answer
 
 

@@ -7,6 +7,7 @@ import tempfile
 from pathlib import Path
 
 from pellet_study.errors import StudyError
+from pellet_study.terminal import done
 
 EPILOG = """\
 examples:
@@ -55,6 +56,7 @@ def run(arguments: argparse.Namespace) -> dict:
         )
     if len(broken):
         print("This YADE's contact laws differ from those the rigs were built on: do not trust its results.")
+    done(arguments.results or "above", "init FOLDER" if broken.empty else None)
     return {**answer, "ok": broken.empty, "checks": table.astype(object).where(table.notna(), None).to_dict("records")}
 
 

@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from pellet_study.errors import InputError
-from pellet_study.terminal import say
+from pellet_study.terminal import done, say
 
 EXAMPLES = """\
 TABLE.csv: factor columns in coded or physical units, the response in the last column; an empty response is a
@@ -92,7 +92,15 @@ def run(arguments: argparse.Namespace) -> dict:
     warn(warnings)
     if arguments.figures:
         answer["figures"] = _figures(arguments, screening, climb)
+    largest = sorted(sorted(screening.effects, key=lambda name: -abs(screening.effects[name]))[:3])
+    done(kept(arguments), "bbd --design " + " ".join(f"{name}=LOW,HIGH" for name in largest))
     return answer
+
+
+def kept(arguments: argparse.Namespace) -> str:
+    """Where an analysis went."""
+    places = [str(place) for place in (arguments.figures, arguments.json) if place]
+    return ", ".join(places) or "above (--json FILE and --figures DIR keep them)"
 
 
 def check_arguments(arguments: argparse.Namespace) -> None:

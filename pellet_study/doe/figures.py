@@ -117,21 +117,24 @@ def half_normal(effects: dict[str, float], lenth: Lenth | None = None, unit: str
 
 
 @styled
-def surface_contours(surface: Surface, found: TargetSet | None = None, unit: str = ""):
+def surface_contours(surface: Surface, found: TargetSet | None = None, unit: str = "", shown=None):
     """The response over every pair of factors, the others at the recommended point (else at the centre).
 
-    With a target its contour is drawn, and the band of its uncertainty hatched.
+    With a target its contour is drawn, and the band of its uncertainty hatched. `shown` picks pairs of places among the
+    factors; the colours are those of all pairs, so that figures of some can stand side by side.
     """
     from matplotlib.ticker import MaxNLocator
 
     factors, pairs = surface.table.factors, list(combinations(range(len(surface.table.factors)), 2))
+    shown = pairs if shown is None else list(shown)
     rest = found.coded if found is not None else np.zeros(len(factors))
-    columns = min(3, len(pairs))
-    rows = -(-len(pairs) // columns)
-    figure, grid = new_axes(4.3 * columns + 0.8, 4.1 * rows, nrows=rows, ncols=columns, squeeze=False)
+    columns = min(3, len(shown))
+    rows = -(-len(shown) // columns)
+    figure, grid = new_axes(3.9 * columns + 0.8, 3.9 * rows, nrows=rows, ncols=columns, squeeze=False)
     planes = [_plane(surface, pair, rest) for pair in pairs]
     levels = MaxNLocator(12).tick_values(min(z.min() for *_, z in planes), max(z.max() for *_, z in planes))
-    for axes, pair, (x, y, z) in zip(grid.flat, pairs, planes, strict=False):
+    for axes, pair in zip(grid.flat, shown, strict=False):
+        x, y, z = planes[pairs.index(pair)]
         colours = axes.contourf(x, y, z, levels=levels, cmap="cividis")
         axes.contour(x, y, z, levels=levels, colors="white", linewidths=0.4, alpha=0.6)
         _draw_target(axes, x, y, z, found)
@@ -141,7 +144,7 @@ def surface_contours(surface: Surface, found: TargetSet | None = None, unit: str
         others = [f"{f.name} = {float(f.physical(rest[i])):.4g}" for i, f in enumerate(factors) if i not in pair]
         axes.set_title(", ".join(others), fontsize=9)
         axes.xaxis.set_major_locator(MaxNLocator(5))
-    for axes in grid.flat[len(pairs) :]:
+    for axes in grid.flat[len(shown) :]:
         axes.set_visible(False)
     figure.colorbar(colours, ax=grid, label=with_unit(str(surface.table.response.name), unit))
     _surface_legend(figure, found, unit)
@@ -214,7 +217,8 @@ def _surface_legend(figure, found: TargetSet | None, unit: str) -> None:
                 label="recommended",
             )
         )
-    figure.legend(handles=handles, loc="outside lower center", ncols=len(handles), fontsize=9)
+    ncols = len(handles) if figure.get_figwidth() > 8 else 2
+    figure.legend(handles=handles, loc="outside lower center", ncols=ncols)
 
 
 @styled

@@ -1,7 +1,11 @@
 """A stand-in for a rig, for tests of the driver: runs in YADE, simulates nothing, and fails in the way it is told to."""
 
+import ctypes
+import errno
 import os
+import signal
 import time
+from pathlib import Path
 
 from yade_scripts.case import Failed, quantity
 
@@ -13,9 +17,10 @@ RIG = {
         "fault": quantity(
             0,
             0,
-            9,
+            15,
             "1",
-            "0 none, 1 abort, 2 hang, 3 not a number, 4 exception, 5 refused, 6 exit status 3, 7 exit status 0, 8 no reason, 9 misnamed",
+            "0 none, 1 abort, 2 hang, 3 not a number, 4 exception, 5 refused, 6 exit status 3, 7 exit status 0, 8 no reason, "
+            "9 misnamed, 10 bad address, 11 killed, 12 killed once, 13 memory, 14 full disk, 15 hang outside Python",
         ),
         "pause_s": quantity(0, 0, 60, "s", "time the case takes"),
     },
@@ -47,6 +52,19 @@ def simulate(case: dict) -> dict:
         raise SystemExit(0)
     if fault == 8:
         raise Failed
+    if fault == 10:
+        ctypes.string_at(0)
+    if fault == 11:
+        os.kill(os.getpid(), signal.SIGKILL)
+    if fault == 12 and not Path(os.environ["FAULTY_MARK"]).exists():
+        Path(os.environ["FAULTY_MARK"]).touch()
+        os.kill(os.getpid(), signal.SIGKILL)
+    if fault == 13:
+        bytearray(1 << 60)
+    if fault == 14:
+        raise OSError(errno.ENOSPC, "No space left on device")
+    if fault == 15:
+        ctypes.PyDLL(None).sleep(3600)  # holds Python's lock, as a simulation does that never returns to it
     if fault == 9:
         return {"answr": 1.0}
     return {"answer": float("nan") if fault == 3 else 3.0 * case["seed"]}

@@ -1,0 +1,251 @@
+"""What `calibrate` left in a study folder, stage by stage, as parts of the report: analysed anew from its files of runs."""
+
+import json
+from itertools import combinations
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from pellet_study import look
+from pellet_study.doe import box_behnken, figures, optimum, plackett_burman
+from pellet_study.doe.design_table import code_design
+from pellet_study.doe.factors import Factor
+from pellet_study.errors import InputError
+from pellet_study.look import LIGHT, MEASURED, MODEL, styled
+from pellet_study.pages import number, probability
+from pellet_study.parts import picture, table
+
+OBSERVABLE = "repose_angle_deg"
+STAGES = ("screening", "climb", "surface", "optimum", "validation")
+FACTORS = {
+    "A": "restitution powder-powder (-)",
+    "B": "static friction powder-powder (-)",
+    "C": "rolling friction powder-powder (-)",
+    "D": "restitution powder-steel (-)",
+    "E": "static friction powder-steel (-)",
+    "F": "rolling friction powder-steel (-)",
+    "G": "surface energy (J/m²)",
+}
+UNITS = {"G": "J/m²"}
+
+
+def powder(folder: Path, measured: tuple[float, float | None] | None) -> list[dict]:
+    """The stages done in a folder, in the source paper's order.
+
+    Parameters
+    ----------
+    measured : repose angle and its standard deviation (deg), None where none was measured
+
+    Raises
+    ------
+    InputError : a file is not what `calibrate` wrote
+    """
+    found = []
+    for stage, told in (
+        ("screening", _screening),
+        ("climb", _climb),
+        ("surface", _surface),
+        ("validation", _validation),
+    ):
+        if not (folder / stage / "decision.json").exists():
+            continue
+        try:
+            found.append(told(folder, measured))
+        except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
+            raise InputError(
+                f"{folder / stage}: is not what `calibrate` wrote ({type(error).__name__}: {error}); "
+                f"run `pellet-study calibrate {folder} --only {stage}` again"
+            ) from None
+    return found
+
+
+def _decision(folder: Path, stage: str) -> dict:
+    return json.loads((folder / stage / "decision.json").read_text(encoding="utf-8"))
+
+
+def _good(folder: Path, stage: str) -> tuple[pd.DataFrame, str]:
+    """The heaps of a stage that gave an angle, and a sentence on all of them."""
+    runs = pd.read_csv(folder / stage / "runs.csv")
+    good = runs[runs["verdict"] == "ok"]
+    lost = runs.loc[runs["verdict"] != "ok", "verdict"]
+    words = f"{len(runs)} heaps"
+    if len(lost):
+        words += f"; {len(lost)} gave no angle: " + ", ".join(f"{n} {why}" for why, n in lost.value_counts().items())
+    return good, words + "."
+
+
+def _table_of(runs: pd.DataFrame, factors: list[Factor]):
+    frame = runs[[f.name for f in factors] + [OBSERVABLE]].reset_index(drop=True)
+    return code_design(frame.rename(columns={OBSERVABLE: "repose angle"}), factors, source="runs.csv")
+
+
+def _screening(folder: Path, measured) -> dict:
+    good, words = _good(folder, "screening")
+    decision = _decision(folder, "screening")
+    names = [name for name in FACTORS if name in good]
+    factors = [Factor(n, float(good[n].min()), float(good[n].max()), UNITS.get(n, "-")) for n in names]
+    found = plackett_burman.analyse(_table_of(good, factors))
+    errors = found.model.standard_errors
+    rows = [
+        [
+            n,
+            FACTORS[n],
+            f"{f.low:g} to {f.high:g}",
+            f"{found.effects[n]:+.2f} ± {2 * errors[n]:.2f}",
+            probability(found.p[n]),
+        ]
+        for n, f in zip(names, factors, strict=True)
+    ]
+    file = folder / "screening" / "effects.csv"
+    head = ["symbol", "factor", "range", "effect (deg)", "p"]
+    if file.exists():
+        beside = pd.read_csv(file).set_index("factor")
+        head += ["source paper (deg)", "sign"]
+        for row in rows:
+            row += [f"{beside.loc[row[0], 'paper_effect_deg']:+.2f}", beside.loc[row[0], "sign"]]
+    return {
+        "heading": "Powder: screening",
+        "words": [f"Plackett-Burman with centre points: {words} {', '.join(decision['factors'])} go on."],
+        "pictures": [
+            picture(
+                figures.pareto(found, "deg"),
+                "effects of the factors in order of size",
+                "Change of the repose angle from the low to the high level of each factor, with the margins beyond which "
+                "it is more than scatter.",
+            ),
+            picture(
+                figures.half_normal(found.effects, found.lenth, "deg", found.noise_contrasts),
+                "half-normal plot of the effects",
+                "What is only scatter lies on a line through the origin; what acts stands to its right.",
+            ),
+        ],
+        "tables": [table(head, rows, range(3, len(head) - (len(head) > 5)))],
+    }
+
+
+def _climb(folder: Path, measured) -> dict:
+    good, words = _good(folder, "climb")
+    decision = _decision(folder, "climb")
+    centre = ", ".join(f"{name} {value:.4g}" for name, value in decision["centre"].items())
+    meets = "meets the measured angle" if decision["reached"] else "comes nearest to the measured angle"
+    return {
+        "heading": "Powder: the climb",
+        "words": [f"Along the direction of the screening's effects: {words} The path {meets} near {centre}."],
+        "pictures": [
+            picture(
+                climb(good, decision["factors"], measured),
+                "repose angle along the path",
+                "Each point a heap, its error that over the silhouettes; dashed: the measured angle with its scatter.",
+            )
+        ],
+        "tables": [],
+    }
+
+
+@styled
+def climb(runs: pd.DataFrame, names: list[str], measured: tuple[float, float | None] | None):
+    """Angles of the heaps along a path in several factors, the measured angle beside."""
+    runs = runs.sort_values(names[0])
+    figure, axes = look.new_axes(6.0, 4.0)
+    at = np.arange(1, len(runs) + 1)
+    axes.errorbar(
+        at, runs[OBSERVABLE], runs["direction_error_deg"], fmt="o-", color=MODEL, capsize=3, label="simulated heap"
+    )
+    if measured:
+        value, sd = measured
+        if sd:
+            axes.axhspan(value - sd, value + sd, color=LIGHT, alpha=0.5, zorder=0)
+        axes.axhline(value, color=MEASURED, linestyle="--", label=f"measured {value:g} deg")
+    axes.set_xticks(at, ["\n".join(f"{n} {row[n]:.4g}" for n in names) for _, row in runs.iterrows()])
+    axes.set_xlabel(f"point of the path (levels of {', '.join(names)})")
+    axes.set_ylabel("repose angle (deg)")
+    axes.legend()
+    return figure
+
+
+def _surface(folder: Path, measured) -> dict:
+    good, words = _good(folder, "surface")
+    decision = _decision(folder, "surface")
+    if "box" in good:
+        good = good[good["box"] == good["box"].max()]
+    factors = [Factor(name, *levels, UNITS.get(name, "-")) for name, levels in decision["box"].items()]
+    found = box_behnken.analyse(_table_of(good, factors))
+    target = optimum.target_set(found, measured[0], measured[1] or 0.0) if measured else None
+    lines = [
+        f"Box-Behnken: {words} R² {found.r2:.4f}, predicted {found.r2_predicted:.4f}; lack of fit p {probability(found.lack_of_fit_p)}."
+    ]
+    if target is not None and target.reachable:
+        point = ", ".join(f"{name} {value:.4g}" for name, value in target.physical.items())
+        lines.append(
+            f"{100 * target.fraction:.1f} % of the box meets {measured[0]:g} deg within its scatter; recommended: {point} "
+            f"({target.rule_in_words})."
+        )
+    elif target is not None:
+        lines.append(f"The box gives {target.lowest:.1f} to {target.highest:.1f} deg, not {measured[0]:g}.")
+    rows = [
+        [term, f"{value:+.4g}", number(found.model.standard_errors.get(term), 2)]
+        for term, value in found.coefficients.items()
+    ]
+    return {
+        "heading": "Powder: the surface and what meets the angle",
+        "words": lines,
+        "pictures": [
+            *(
+                picture(
+                    figures.surface_contours(found, target, "deg", [pair]),
+                    f"response surface of {factors[pair[0]].name} and {factors[pair[1]].name} with the measured angle",
+                    "Black: where the surface meets the measured angle; hatched: within its scatter; star: recommended. "
+                    "The factor that is not shown stays at the recommended point.",
+                )
+                for pair in combinations(range(len(factors)), 2)
+            ),
+            picture(
+                figures.predicted_observed(found, "deg"),
+                "fitted against simulated angles",
+                "Each point a heap of the design.",
+            ),
+        ],
+        "tables": [table(("term, coded", "coefficient (deg)", "standard error (deg)"), rows, (1, 2))],
+    }
+
+
+def _validation(folder: Path, measured) -> dict:
+    good, words = _good(folder, "validation")
+    d = _decision(folder, "validation")
+    low, high = d["error_interval_percent"]
+    return {
+        "heading": "Powder: validation",
+        "words": [
+            f"At the recommended point with seeds nobody has used: {words} Mean {d['mean_deg']:.2f} ± "
+            f"{d['standard_error_deg']:.2f} deg, measured {d['measured_deg']:g}: error {d['error_percent']:.2f} % "
+            f"(95 % {low:+.2f} to {high:+.2f} %); {'equivalent' if d['equivalent'] else 'not shown equivalent'} within "
+            f"{d['margin_deg']:g} deg, stated beforehand (two one-sided tests, p {probability(d['p_tost'])})."
+        ],
+        "pictures": [
+            picture(
+                heaps(
+                    good[OBSERVABLE].to_numpy(), d["mean_deg"], d["interval_deg"], d["measured_deg"], d["margin_deg"]
+                ),
+                "angles of the validation heaps beside the measured one",
+                "Points: one heap each. Blue band: mean with its 95 % interval. Grey: the margin that was stated beforehand.",
+            )
+        ],
+        "tables": [],
+    }
+
+
+@styled
+def heaps(angles: np.ndarray, mean: float, interval, measured: float, margin: float):
+    """Angles of heaps of different seeds beside the measured angle and its margin."""
+    figure, axes = look.new_axes(5.6, 3.2)
+    axes.axhspan(measured - margin, measured + margin, color=look.BAND, zorder=0, label=f"margin ±{margin:g}")
+    axes.axhline(measured, color=MEASURED, linestyle="--", label=f"measured {measured:g}")
+    axes.axhspan(*interval, color=LIGHT, alpha=0.7, zorder=1)
+    axes.axhline(mean, color=MODEL, label=f"mean {mean:.2f}, 95 %")
+    axes.plot(np.arange(1, len(angles) + 1), angles, "o", color=MODEL, markeredgecolor="black", zorder=3)
+    axes.set_xticks(np.arange(1, len(angles) + 1)[:: 1 + len(angles) // 15])
+    axes.set_xlabel("heap (-)")
+    axes.set_ylabel("repose angle (deg)")
+    figure.legend(loc="outside lower center", ncols=3)
+    return figure

@@ -1,0 +1,1 @@
+"""Every fault of docs/faults.md, injected."""

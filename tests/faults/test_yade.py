@@ -1,0 +1,164 @@
+"""Faults of YADE itself, on real YADE; the faulty rig stands in for a simulation that fails."""
+
+import os
+import time
+from pathlib import Path
+
+import pytest
+
+from pellet_study import campaign, dispatch, rigs, yade
+from pellet_study.errors import SimulationError
+from tests.faults.driver import FAULT_RIGS, command, paragraph, rows, simulating, wait_until
+
+NONE, BAD_ADDRESS, KILLED, KILLED_ONCE, MEMORY, FULL_DISK, HANG_OUTSIDE = 0, 10, 11, 12, 13, 14, 15
+FUNCTOR = "Law2_ScGeom_MindlinPhys_Mindlin"
+
+
+@pytest.fixture
+def faulty(monkeypatch):
+    """Cases of the faulty rig."""
+    monkeypatch.setattr(rigs, "FOLDERS", [*rigs.FOLDERS, FAULT_RIGS])
+    rigs.rig.cache_clear()
+    yield lambda seed, fault=NONE: rigs.case("faulty", seed=seed, conditions={"fault": fault})
+    rigs.rig.cache_clear()
+
+
+@pytest.fixture
+def study(tmp_path):
+    """A study with the paper's three readings."""
+    assert command("init", tmp_path / "study").returncode == 0
+    return tmp_path / "study"
+
+
+def as_yade(script: Path, text: str) -> dict[str, str]:
+    """An environment in which a shell script is YADE."""
+    script.write_text("#!/bin/sh\n" + text)
+    script.chmod(0o755)
+    return {**os.environ, "PELLET_STUDY_YADE": str(script)}
+
+
+def test_yade_missing(study):
+    found = command("bench", study, env={**os.environ, "PATH": "/nowhere", "PELLET_STUDY_YADE": ""})
+    assert found.returncode == 2 and paragraph(found.stderr)
+    assert "neither yadedaily nor yade is on the PATH" in found.stderr and "apt-get install yade" in found.stderr
+    assert not (study / ".store").exists()
+
+
+def test_yade_named_wrongly(study):
+    found = command("bench", study, env={**os.environ, "PELLET_STUDY_YADE": "yaed"})
+    assert found.returncode == 2 and paragraph(found.stderr) and "'yaed'" in found.stderr
+
+
+def test_yade_too_old(study, tmp_path):
+    old = as_yade(tmp_path / "old", 'echo "Yade version: 2018.02b"\n')
+    found = command("bench", study, env=old)
+    assert found.returncode == 2 and paragraph(found.stderr)
+    assert "YADE 2018.02b" in found.stderr and "2023 or newer" in found.stderr
+
+
+def test_a_build_without_a_functor_is_no_outcome_of_the_cases(study, tmp_path):
+    without = tmp_path / "without.py"
+    without.write_text(
+        f"import runpy, sys, yade\ndel yade.{FUNCTOR}\nsys.argv = sys.argv[1:]\n"
+        "runpy.run_path(sys.argv[0], run_name='__main__')\n"
+    )
+    poor = as_yade(
+        tmp_path / "poor",
+        f'[ "$1" = --version ] && exec yade --version\nexec yade -x -n -j1 "{without}" "$4" "$5"\n',
+    )
+    found = command("bench", study, "--effort", "0.02", env=poor)
+    assert found.returncode == 3 and paragraph(found.stderr)
+    assert FUNCTOR in found.stderr and "complete YADE" in found.stderr
+    assert rows(study / ".store") == 0  # so a complete YADE of the same version finds nothing that is no answer
+
+
+def test_a_bad_address_is_the_outcome_of_its_case_alone(tmp_path, faulty):
+    found = dispatch.run([faulty(1), faulty(2, BAD_ADDRESS), faulty(3)], tmp_path)
+    assert found["status"][1].startswith("crashed YADE (SIGSEGV)")
+    assert found["answer"][0] == 3 and found["answer"][2] == 9
+
+
+def test_a_hang_that_never_returns_to_python_is_stopped(tmp_path, faulty):
+    found = dispatch.run([faulty(1, HANG_OUTSIDE), faulty(2)], tmp_path)
+    assert found["status"][0] == "took longer than its time limit of 2 s"
+    assert found["answer"][1] == 6
+    assert simulating(tmp_path) == []
+
+
+def test_a_case_that_took_too_long_is_tried_again_with_more_time(tmp_path, faulty):
+    slow = rigs.case("faulty", seed=1, conditions={"pause_s": 4.0})
+    assert dispatch.run([slow], tmp_path)["status"][0] == "took longer than its time limit of 2 s"
+    assert dispatch.run([slow], tmp_path)["status"][0] == "took longer than its time limit of 2 s"
+    assert dispatch.run([slow], tmp_path, time_limit_s=60)["answer"][0] == 3
+    assert dispatch.run([slow], tmp_path)["answer"][0] == 3
+
+
+@pytest.mark.parametrize("rig", ["rebound", "slope_slip", "inclined_roll"])
+def test_a_blow_up_is_no_result(tmp_path, rig):
+    cases = [
+        rigs.case(rig, contact_law=law, numerics={"time_step_fraction": 5.0})
+        for law in ("hertz_mindlin", "cohesive_frictional")
+    ]
+    found = dispatch.run(cases, tmp_path)
+    assert (found["status"] != "ok").all(), found["status"].tolist()
+    assert found[list(rigs.rig(rig).observables)].isna().all(axis=None)
+
+
+@pytest.mark.parametrize("fault, word", [(KILLED, "SIGKILL"), (MEMORY, "MemoryError")])
+def test_killed_for_memory_is_no_outcome_of_the_case(tmp_path, faulty, fault, word):
+    cases = [faulty(1), faulty(2, fault), faulty(3)]
+    for _ in range(2):
+        with pytest.raises(SimulationError, match=f"1 of .* killed, most likely for want of memory .*{word}"):
+            dispatch.run(cases, tmp_path, time_limit_s=60)
+        assert rows(tmp_path) == 2
+
+
+def test_killed_once_for_memory_is_tried_again_alone(tmp_path, faulty, monkeypatch):
+    monkeypatch.setenv("FAULTY_MARK", str(tmp_path / "mark"))
+    found = dispatch.run([faulty(1), faulty(2, KILLED_ONCE), faulty(3)], tmp_path / "store")
+    assert list(found["answer"]) == [3, 6, 9]
+
+
+def test_a_system_that_fails_a_case_stops_the_campaign_and_is_no_outcome(tmp_path, faulty):
+    with pytest.raises(SimulationError, match="No space left on device.*call again"):
+        dispatch.run([faulty(1, FULL_DISK), faulty(2, FULL_DISK)], tmp_path, time_limit_s=60)
+    assert rows(tmp_path) == 0 and simulating(tmp_path) == []
+
+
+def test_the_time_limit_is_the_rigs_unless_one_is_given(monkeypatch):
+    one = campaign._Campaign.__new__(campaign._Campaign)
+    one.rigs = {name: rigs.rig(name) for name in ("rebound", "inclined_roll")}
+    one.limit_s = None
+    assert [one._limit_s({"rig": name}) for name in one.rigs] == [60.0, 120.0]
+    one.limit_s = 5.0
+    assert [one._limit_s({"rig": name}) for name in one.rigs] == [5.0, 5.0]
+
+
+def test_a_driver_that_dies_takes_a_hanging_yade_with_it(tmp_path, faulty):
+    from tests.faults.driver import start
+
+    driver = start(tmp_path / "store", tmp_path / "table.csv", 2, 0, HANG_OUTSIDE)
+    claimed = tmp_path / "store"
+    wait_until(lambda: any(f.stat().st_size for f in claimed.glob("campaign-*/*/claims")), driver)
+    driver.kill()
+    driver.wait()
+    deadline = time.monotonic() + 2
+    while simulating(claimed) and time.monotonic() < deadline:
+        time.sleep(0.02)
+    assert simulating(claimed) == []
+
+
+def test_the_environment_of_another_python_does_not_reach_yade(monkeypatch):
+    for name in (
+        "PYTHONPATH",
+        "PYTHONHOME",
+        "IPYTHONDIR",
+        "CONDA_PREFIX",
+        "VIRTUAL_ENV",
+        "OMP_PROC_BIND",
+        "SLURM_JOB_ID",
+    ):
+        monkeypatch.setenv(name, "/nowhere")
+    given = yade.environment("/somewhere")
+    assert not [name for name, value in given.items() if value == "/nowhere"]
+    assert given["HOME"] == "/somewhere"

@@ -1,0 +1,89 @@
+"""All figures: a unit on every axis, series told apart in grey, nothing drawn twice differently; grains as pictures."""
+
+import json
+from pathlib import Path
+
+import numpy as np
+import pytest
+from matplotlib.colors import to_rgb
+
+from pellet_study import figures, look, render
+from pellet_study.errors import InputError
+from pellet_study.paper.results import drawn
+
+ROOT = Path(__file__).resolve().parent.parent
+
+
+def answer(study: str, name: str) -> dict:
+    return json.loads((ROOT / "results" / study / f"{name}.json").read_text(encoding="utf-8"))
+
+
+def criticism() -> dict:
+    """The figures of a study whose missing effect was found."""
+    refined, steps = answer("wet_beads", "refine"), answer("wet_beads", "history")["steps"]
+    return {
+        "ladder": figures.ladder(steps),
+        "residuals": figures.residuals(steps),
+        "predictions": figures.predictions(steps[-1]["rows"]),
+        "ranking": figures.ranking(refined["diagnoses"][0]),
+        "constants": figures.constants(refined["diagnoses"][0]["by_level"]),
+        "next": figures.next_measurement(refined["diagnoses"][0]["next_measurement"]),
+    }
+
+
+NAMED = ("model", "explanation", "candidate effect", "factor")  # axes of names, not of quantities
+
+
+def test_a_unit_on_every_axis():
+    for name, figure in {**criticism(), **drawn()}.items():
+        for axes in figure.axes:
+            for label in filter(None, (axes.get_xlabel(), axes.get_ylabel())):
+                assert "(" in label or label in (*NAMED, "B", "C", "half-normal quantile"), f"{name}: {label}"
+
+
+def test_series_differ_in_grey_or_by_another_sign():
+    grey = [0.2126 * r + 0.7152 * g + 0.0722 * b for r, g, b in map(to_rgb, look.SERIES)]
+    for k, a in enumerate(grey):
+        for m in range(k):
+            assert abs(a - grey[m]) > 0.1 or (look.MARKERS[k] != look.MARKERS[m] and look.DASHES[k] != look.DASHES[m])
+
+
+def test_a_tie_is_drawn_as_a_tie():
+    told = answer("wet_beads", "refine")["diagnoses"][0]
+    names = [s["effect"] for s in told["ranking"]][:2]
+    figure = figures.ranking({**told, "verdict": "tied", "missing": [], "tied": names})
+    bars = [b for b in figure.axes[0].patches if b.get_height() == pytest.approx(0.62)]
+    filled = [b for b in bars if b.get_facecolor()[:3] == pytest.approx(to_rgb(look.MODEL))]
+    assert len(filled) == 2
+    assert "tied" in [text.get_text() for text in figure.legends[0].get_texts()]
+
+
+@pytest.mark.parametrize(
+    "name, label",
+    [
+        ("layer_height_mm", "layer height (mm)"),
+        ("bulk_density_kg_m3", "bulk density (kg/m³)"),
+        ("cohesive_stress_pa", "cohesive stress (Pa)"),
+        ("internal_friction", "internal friction (-)"),
+    ],
+)
+def test_names_become_labels(name, label):
+    assert look.label(name) == label
+
+
+def test_a_picture_of_grains_shows_them_where_they_are():
+    centres = np.array([[0.0, 0.0, 1.0], [0.0, 3.0, 1.0]])
+    image = render.picture(centres, np.ones(2), width=200, azimuth_deg=0, elevation_deg=0, plate=None, margin=0)
+    rows, columns, _ = image.shape
+    assert columns == 200 and rows == pytest.approx(200 * 2 / 5, abs=2)
+    white = (image > 0.999).all(axis=2)
+    assert not white[rows // 2, 40] and not white[rows // 2, 160] and white[rows // 2, 100]
+    covered = 1 - white.mean()
+    assert covered == pytest.approx(2 * np.pi / 10, rel=0.05)
+
+
+@pytest.mark.parametrize("text", ("", "a,b\n1,2\n", "x_m,y_m,z_m,radius_m\n", "x_m,y_m,z_m,radius_m\n0,0,0,-1\n"))
+def test_a_file_without_grains_is_refused(text, tmp_path):
+    (tmp_path / "grains.csv").write_text(text)
+    with pytest.raises(InputError, match=r"grains\.csv"):
+        render.read_grains(tmp_path / "grains.csv")
