@@ -190,7 +190,7 @@ COLUMNS = (
     "constants",
     "size_ratio",
 )
-TOGETHER = 4  # trials whose seeds are simulated in one batch
+TOGETHER = 12  # trials whose seeds are simulated in one batch
 
 
 def run(folder: Path, store: Path, count: int, seconds: float = np.inf, workers: int | None = None, show=None) -> Path:
