@@ -17,6 +17,7 @@ from scipy import special
 
 from pellet_study import evidence as readings
 from pellet_study.calibrate import Fit, fit, problem_of
+from pellet_study.errors import SimulationError
 from pellet_study.evidence import Evidence
 from pellet_study.measurements import Measurement
 from pellet_study.model import Model, key, refuse_too_few
@@ -118,10 +119,23 @@ def calibrate(
     refuse_too_few(len(rows), len(problem.free))
     if evidence is not None:
         return Calibrated(study, model, evidence, fit(model, evidence, problem))
+    refuse_dead(model)
     evidence = readings.gather(model, rows)
     first = fit(model, evidence, problem)
     noisy = with_simulator_noise(evidence, model, first.point)
     return Calibrated(study, model, noisy, first if noisy is evidence else fit(model, noisy, problem))
+
+
+def refuse_dead(model: Model) -> None:
+    """No fit to rows that cannot be simulated.
+
+    Raises
+    ------
+    SimulationError : most simulations of a row failed
+    """
+    if model.scatters and not np.isfinite(model.predict(model.base).mean).all():
+        reasons = [text for engine in model.engines.values() for text in getattr(engine, "dead", {}).values()]
+        raise SimulationError(dict.fromkeys(reasons).popitem()[0])
 
 
 def surface_error(state: Calibrated) -> tuple[float, str] | None:

@@ -82,6 +82,7 @@ class Simulated:
         }
         self.ranges = {name: Factor(s.low, s.high) for name, s in study.parameters.items() if s.free}
         self.warnings: list[str] = []
+        self.dead: dict[Site, str] = {}  # cases most of whose simulations failed, and why; predicted as NaN
         self.simulated = 0
         self._means: dict[tuple[str, str], tuple] | None = None
         self._base: dict[Site, Surface] = {}
@@ -91,12 +92,7 @@ class Simulated:
         self._ready: set[tuple] = set()
 
     def predict(self, requests: Sequence[Request]) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Means and the variances of the means, (points, cases) for each request.
-
-        Raises
-        ------
-        SimulationError : more than half of the simulations of a case failed
-        """
+        """Means and the variances of the means, (points, cases) for each request; NaN where the case cannot be simulated."""
         self._use_files()
         sites = [self._sites(request) for request in requests]
         self._prepare(requests, sites)
@@ -233,15 +229,24 @@ class Simulated:
         for site, name in wanted:
             groups.setdefault((site.rig, site.observable, name), []).append(site)
         for (_, _, name), mine in groups.items():
-            runs = [self._effect_runs(site, name, plans[site, name], results) for site in mine]
+            runs = {site: self._effect_runs(site, name, plans[site, name], results) for site in mine}
+            alive = [site for site in mine if site not in self.dead]
             shapes = len(self.catalogue.effects[name].parameters) - 1
-            for site, surface in zip(mine, fitted_effects(runs, shapes), strict=True):
-                self._effects[site, name] = surface
+            surfaces = fitted_effects([runs[site] for site in alive], shapes) if alive else []
+            self._effects |= {(site, name): surface for site, surface in zip(alive, surfaces, strict=True)}
+            unknown = np.full(runs[mine[0]].terms.shape[1], np.nan)
+            self._effects |= {
+                (site, name): Surface(unknown, np.diag(unknown), np.nan) for site in mine if site in self.dead
+            }
         self._ready |= asked
 
     def _fit_base(self, site: Site, plan: Sequence[Point], results: Mapping) -> Surface:
         kept, means = self._kept(site, plan, results)
-        return Surface.fitted(quadratic(self._scaled(site, [p.factors for p in kept])), means)
+        terms = quadratic(self._scaled(site, [p.factors for p in kept]))
+        if site in self.dead:
+            unknown = np.full(terms.shape[1], np.nan)
+            return Surface(unknown, np.diag(unknown), np.nan)
+        return Surface.fitted(terms, means)
 
     def _effect_runs(self, site: Site, name: str, plan: Sequence[Point], results: Mapping) -> EffectRuns:
         kept, means = self._kept(site, plan, results)
@@ -259,11 +264,10 @@ class Simulated:
             what = ", ".join(f"{k} = {v:g}" for k, v in site.conditions)
             text = f"{lost} of {total} simulations of {site.rig} ({what}) failed, the first with: {reason}"
             if lost > MOST_LOST * total:
-                raise SimulationError(f"{text}; change the ranges in study.toml, or leave this row out")
+                self.dead[site] = f"{text}; change the ranges in study.toml, or leave this row out"
+                return list(plan), np.full(len(plan), np.nan)
             self.warnings.append(f"{text}; the answer rests on the others")
         kept = [p for p in plan if np.isfinite(results[p][0])]
-        if len(kept) < 2:
-            raise SimulationError(f"{site.rig}: too few simulations came through to say what the model predicts")
         return kept, np.array([results[p][0] for p in kept])
 
     def _run(self, plans: Sequence[tuple]) -> list[tuple[float, int, str]]:

@@ -8,6 +8,7 @@ import pytest
 
 from pellet_study import response, rigs
 from pellet_study.challenge import bench, sealed
+from pellet_study.compare import calibrate
 from pellet_study.errors import SimulationError
 from pellet_study.model import Model
 from pellet_study.refine import refine
@@ -85,8 +86,7 @@ def test_a_failing_rig_is_said_and_a_dead_one_ends_the_answer(tmp_path):
     heavy = "rig,observable,value,sd,n,seed_length_mm,added_mass_mg\nslope_slip,slip_angle_deg,31,0.5,10,1.0,50\n"
     study = load(study_in(tmp_path / "s", heavy))
     with pytest.raises(SimulationError, match="times the seed's mass.*leave this row out"):
-        model = Model(study)
-        model.predict(model.base)
+        calibrate(study)
 
 
 EFFECT = """

@@ -6,6 +6,7 @@ roll-out scatters because seeds land anyhow; a slip angle is read with half a de
 
 import csv
 from collections.abc import Mapping, Sequence
+from functools import cache
 from pathlib import Path
 
 import numpy as np
@@ -13,6 +14,7 @@ import numpy as np
 from pellet_study import catalogue
 from pellet_study.measurements import Measurement
 from pellet_study.study import Setting, Study
+from yade_scripts.case import load
 
 RANGES = {
     "seed_powder_restitution": (0.35, 0.15, 0.6),
@@ -29,6 +31,13 @@ SCATTER = {"rebound": 0.55, "inclined_roll": 0.42}  # of single readings over th
 READING_SD_DEG = 0.5  # of a slip angle
 OBSERVABLES = {"rebound": "rebound_height_mm", "slope_slip": "slip_angle_deg", "inclined_roll": "roll_distance_mm"}
 OUTSIDE = Path(__file__).parent / "outside"
+
+
+@cache
+def outside() -> dict[str, catalogue.Effect]:
+    """Effects that no candidate describes, by name; the file of each is its `own`."""
+    files = sorted((OUTSIDE / "effects").glob("*.py"))
+    return {file.stem: catalogue.effect_from(load(file), file, own=file) for file in files}
 
 
 def conditions() -> list[tuple[str, dict[str, float]]]:

@@ -81,11 +81,11 @@ def seal(number: int, folder: Path, stored: Stored, effects: Sequence[str]) -> N
 def measure(numbers: Sequence[int], folder: Path, store: Path, workers: int | None = None) -> None:
     """Simulate the seeds of some trials, read them, write what refine is given."""
     plain = [n for n in numbers if _truth(folder, n)["kind"] != "outside"]
-    for group, extra in ((plain, ()), ([n for n in numbers if n not in plain], _outside_files())):
+    for group, extra in ((plain, ()), ([n for n in numbers if n not in plain], bench.outside().values())):
         if not group:
             continue
         for rig in bench.OBSERVABLES:
-            mine = [file for file in extra if rig in catalogue.of_study(bench.OUTSIDE).effects[file.stem].rigs]
+            mine = [effect.own for effect in extra if rig in effect.rigs]
             rigs.use(rig, catalogue.standard().rigs[rig].file, mine)
         cases = [case for n in group for case in _cases(n, _truth(folder, n))]
         table = dispatch.run(cases, store, workers=workers)
@@ -105,10 +105,6 @@ def measure(numbers: Sequence[int], folder: Path, store: Path, workers: int | No
             bench.write(folder / f"{n:02d}", bench.rows(readings))
 
 
-def _outside_files() -> list[Path]:
-    return sorted((bench.OUTSIDE / "effects").glob("*.py"))
-
-
 def _truth(folder: Path, number: int) -> dict:
     return json.loads((folder / f"{number:02d}" / "sealed.json").read_text(encoding="utf-8"))
 
@@ -119,7 +115,7 @@ def _seeds(rig: str) -> int:
 
 
 def _cases(number: int, truth: Mapping) -> list[dict]:
-    known = {**catalogue.standard().effects, **catalogue.of_study(bench.OUTSIDE).effects}
+    known = {**catalogue.standard().effects, **bench.outside()}
     cases = []
     for k, (rig, given) in enumerate(bench.conditions()):
         acting = {
