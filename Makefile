@@ -2,12 +2,16 @@
 PYTHON ?= python3
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 BIN := .venv/bin
+HIDDEN := results/quick/loaded_seeds
 APT_INSTALL := $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends
 
 .PHONY: study test install yade browser api results
 
 study: install yade
 	$(BIN)/pellet-study bench results/quick
+	@test -d $(HIDDEN) || { mkdir -p $(HIDDEN) && cp results/loaded_seeds/study.toml results/loaded_seeds/measurements.csv $(HIDDEN); }
+	$(BIN)/pellet-study refine $(HIDDEN)
+	$(BIN)/pellet-study report $(HIDDEN)
 	$(BIN)/pellet-study report results/quick
 
 test: install yade browser
