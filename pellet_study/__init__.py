@@ -6,4 +6,3 @@ try:
     __version__ = version("pellet-study")
 except PackageNotFoundError:  # imported from a source tree that was never installed
     __version__ = "0+source"
-
