@@ -8,6 +8,7 @@ simulated depends on the study's ranges only, not on the readings, and is stored
 import csv
 import hashlib
 import json
+import zlib
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -31,6 +32,7 @@ from pellet_study.study import Study
 
 BASE = 2.4  # points a term of the base surface
 EFFECT = {1: 5, 2: 8}  # points of an effect's surface, by the sides it may take
+STREAMS = 400  # of seeds and places, one for each effect by its name
 CHECK, BLOCKS = 500_000, 2  # first block of seeds, and number of blocks, of a direct simulation
 MOST_LOST = 0.5  # share of a case's simulations that may fail
 COLUMNS = ("key", "observable", "mean", "sd", "n", "lost", "reason")
@@ -167,7 +169,7 @@ class Simulated:
         count = int(np.ceil(EFFECT[effect.sides] * self.effort))
         u = amounts(count, effect.sides)
         # a stream of seeds and places of its own for each effect
-        number = 1 + sorted(self.catalogue.effects).index(name)
+        number = 1 + zlib.crc32(name.encode()) % STREAMS
         places = spread(count, len(factors) + len(shapes), seed=1 + number)
         absent, reach = self._reach(name)
         seeds = self._seeds(site.rig)
