@@ -27,6 +27,7 @@ except ImportError:
 POLL_S = 0.1
 LOOK_AT_WORKERS_S = 1.0
 CONNECT_LIMIT_S = 10.0
+SCHEMES = ("tcp://", "tls://", "ucx://", "ws://", "wss://")
 RETURN_LIMIT_S = 300.0  # a scheduler that was there is waited for so long, and a worker that can simulate
 MOST_IN_A_CHUNK = 100
 CHUNKS_A_THREAD = 4
@@ -125,7 +126,7 @@ class _Address:
         self.scheduler, self.cluster = scheduler, None
 
     def __enter__(self) -> str:
-        if "://" in self.scheduler:
+        if self.scheduler.startswith(SCHEMES):
             return self.scheduler
         kind, _, jobs = self.scheduler.partition(":")
         if kind != "slurm" or not (jobs.isdecimal() and int(jobs) > 0):

@@ -132,7 +132,7 @@ def test_two_drivers_on_one_store_share_its_work(tmp_path):
 
 def test_a_script_that_changes_during_a_campaign_stops_it(tmp_path, monkeypatch):
     rigs.rig("faulty")
-    monkeypatch.setattr(rigs, "fingerprint", lambda file: "another")
+    monkeypatch.setattr(rigs, "fingerprint", lambda *files: "another")
     with pytest.raises(SimulationError, match="changed while it was running"):
         dispatch.run([faulty(0)], tmp_path)
 
