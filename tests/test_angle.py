@@ -3,6 +3,7 @@
 import csv
 import io
 import json
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -15,6 +16,7 @@ from yade_scripts import heap
 
 pytest.importorskip("skimage", reason="scikit-image is not installed: pip install -e .[test]")
 IMAGES = 200
+HEAP = Path(__file__).parents[1] / "results" / "full" / "heap_grains.csv"
 
 
 def saved(pixels, file):
@@ -193,3 +195,14 @@ def test_without_scikit_image_it_says_what_to_install(tmp_path, monkeypatch, cap
     monkeypatch.setitem(sys.modules, "skimage", None)
     assert main(["angle", str(file)]) == 2
     assert "pellet-study[angle]" in capsys.readouterr().err
+
+
+def test_pictures_of_a_simulated_heap_read_the_angle_of_its_grains(tmp_path):
+    """A heap that YADE made (results/full/heap_grains.csv), pictured level from six sides."""
+    centres, radii = render.read_grains(HEAP)
+    of_grains = heap.repose_angle(centres, radii)
+    read = []
+    for azimuth in range(0, 180, 30):
+        picture = render.picture(centres, radii, azimuth_deg=azimuth, elevation_deg=0, width=700)
+        read.append(photograph.measure(saved(picture, tmp_path / "heap.png")).angle_deg)
+    assert np.mean(read) == pytest.approx(of_grains.mean_deg, abs=0.5)
