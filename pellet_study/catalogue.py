@@ -2,8 +2,8 @@
 
 import importlib.util
 import logging
-from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from functools import cache
 from importlib.machinery import SourceFileLoader
@@ -48,9 +48,10 @@ class Rig:
 class Effect:
     """A physical effect a model may lack; the first parameter is the amount, further ones its shape.
 
-    `parameters` maps names to {absent or default, min, max, physical, unit, meaning}; `sides` is 1 where the amount
-    has one sign, 2 where it may have either; `rigs` maps a rig to where the effect shows in it. `reading` is what an
-    effect on nothing but the reading makes of it; `own` is the file of an effect of the study's own.
+    `parameters` maps names to {absent or default, min, max, physical, unit, meaning}, `parameters_in` a rig to those
+    that stand in their place there; `sides` is 1 where the amount has one sign, 2 where it may have either; `rigs` maps
+    a rig to where the effect shows in it. `reading` is what an effect on nothing but the reading makes of it; `own` is
+    the file of an effect of the study's own.
     """
 
     name: str
@@ -61,6 +62,7 @@ class Effect:
     rigs: Mapping
     signature: str
     source: str
+    parameters_in: Mapping = field(default_factory=dict)
     closed_form: Mapping = field(default_factory=dict)
     order: int = 1
     reading: Callable | None = None
@@ -74,6 +76,23 @@ class Effect:
     def neutral(self) -> dict[str, float]:
         """Values that mean absent."""
         return {name: q.get("absent", q.get("default")) for name, q in self.parameters.items()}
+
+    def within(self, rigs: Iterable[str]) -> "Effect":
+        """The effect with the parameters it has in some rigs.
+
+        Raises
+        ------
+        InputError : they differ from rig to rig
+        """
+        own = {rig: self.parameters_in.get(rig, self.parameters) for rig in rigs}
+        first = next(iter(own.values()), self.parameters)
+        if any(parameters != first for parameters in own.values()):
+            raise InputError(
+                f"the amount of {self.name} is not the same quantity in all rigs used: "
+                f"{'; '.join(f'{next(iter(parameters))} in {rig}' for rig, parameters in own.items())}; "
+                "make a study of each"
+            )
+        return replace(self, parameters=first)
 
 
 @dataclass(frozen=True)
@@ -89,6 +108,20 @@ class Catalogue:
             own = [name for name, effect in self.effects.items() if effect.own and rig in effect.rigs]
             return [name for name in self.rigs[rig].effects if name in self.effects and name not in own] + own
         return [name for name, effect in self.effects.items() if rig in effect.closed_form]
+
+    def within(self, rigs: Sequence[str]) -> "Catalogue":
+        """The same with each effect's parameters as they are in the rigs of a study.
+
+        Raises
+        ------
+        InputError : an effect's parameters differ between two of these rigs
+        """
+        acting = {rig: self.acting(rig) for rig in rigs}
+        here = {
+            name: effect.within([rig for rig in rigs if name in acting[rig]]) if effect.parameters_in else effect
+            for name, effect in self.effects.items()
+        }
+        return replace(self, effects=here)
 
     def rig(self, name: str, where: str = "") -> Rig:
         """The rig of that name, or InputError with the nearest name."""
@@ -173,17 +206,20 @@ def effect_from(module, file: Path | None = None, own: Path | None = None) -> Ef
     missing = [key for key in wanted if key not in declared]
     if missing:
         raise InputError(f"{file}: EFFECT lacks {', '.join(missing)}")
-    for k, (name, quantity) in enumerate(declared["parameters"].items()):
-        needed = ("default" if k else "absent", "min", "max", "unit", "meaning")
-        absent = [key for key in needed if key not in quantity]
-        if absent:
-            raise InputError(f"{file}: parameter {name} lacks {', '.join(absent)}")
-        low, high = quantity.get("physical", (quantity["min"], quantity["max"]))
-        if not quantity["min"] <= low < high <= quantity["max"]:
-            raise InputError(f"{file}: parameter {name}: expected min <= physical range <= max, got {quantity}")
+    parameters_in = declared.get("parameters_in", {})
+    for parameters in (declared["parameters"], *parameters_in.values()):
+        for k, (name, quantity) in enumerate(parameters.items()):
+            needed = ("default" if k else "absent", "min", "max", "unit", "meaning")
+            absent = [key for key in needed if key not in quantity]
+            if absent:
+                raise InputError(f"{file}: parameter {name} lacks {', '.join(absent)}")
+            low, high = quantity.get("physical", (quantity["min"], quantity["max"]))
+            if not quantity["min"] <= low < high <= quantity["max"]:
+                raise InputError(f"{file}: parameter {name}: expected min <= physical range <= max, got {quantity}")
     scene = getattr(module, "SEED_SCENE", {})
     return Effect(
         **{key: declared[key] for key in wanted},
+        parameters_in=parameters_in,
         closed_form=getattr(module, "CLOSED_FORM", {}),
         order=getattr(module, "ORDER", 1),
         reading=scene["reading"] if set(scene) == {"reading"} else None,

@@ -120,8 +120,10 @@ def load(folder: Path) -> Study:
     for key in given:
         if key not in KEYS:
             raise InputError(f"{file}: {key!r} is unknown{nearest(key, KEYS)}")
-    catalogue = catalogues.of_study(folder)
-    rows = read(_inside(folder, file, _text(file, given, "measurements", "measurements.csv")), catalogue)
+    everything = catalogues.of_study(folder)
+    rows = read(_inside(folder, file, _text(file, given, "measurements", "measurements.csv")), everything)
+    possible = _possible(file, _table(file, given, "possible"), everything)
+    catalogue = everything.within(list(dict.fromkeys([*(row.rig for row in rows), *possible])))
     law = _choice(file, given, "contact_law", CONTACT_LAWS)
     study = Study(
         title=_text(file, given, "title", folder.resolve().name),
@@ -130,7 +132,7 @@ def load(folder: Path) -> Study:
         effects=_effects(file, _table(file, given, "effects"), catalogue),
         catalogue=catalogue,
         candidates=_candidates(file, given.get("candidates"), catalogue),
-        possible=_possible(file, _table(file, given, "possible"), catalogue),
+        possible=possible,
         contact_law=law,
         surface_energy_scaling=_choice(file, given, "surface_energy_scaling", SCALINGS) or SCALINGS[0],
         effort=_setting(f"{file}: effort", given.get("effort", 1.0), EFFORT).value,

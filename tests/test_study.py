@@ -3,6 +3,7 @@
 import pytest
 
 from pellet_study.errors import InputError
+from pellet_study.model import Model
 from pellet_study.study import erase_effect, load, settings, write_effect
 from tests.make_study import folder, incline
 
@@ -109,3 +110,30 @@ def test_writing_keeps_the_other_lines(tmp_path):
     assert set(before.splitlines()) <= set(file.read_text().splitlines())
     erase_effect(file, "cohesion")
     assert file.read_text() == before
+
+
+HEAP = ["rig,observable,value,sd", "repose,repose_angle_deg,40,1"]
+
+
+def test_an_effect_has_the_parameters_of_the_rigs_used(tmp_path):
+    """Cohesion is a surface energy in a heap and a stress in a shear cell, and cannot be both in one study."""
+
+    def heap(effects: str, lines=HEAP):
+        study = folder(tmp_path, lines)
+        (study / "study.toml").write_text(f"[effects]\n{effects}\n")
+        return load(study)
+
+    study = heap("cohesion = { surface_energy_j_m2 = 0.1 }")
+    assert study.effects["cohesion"]["surface_energy_j_m2"].value == 0.1
+    model = Model(study, engines={"repose": None})
+    assert model.base[model.column["cohesion.surface_energy_j_m2"]] == 0.1
+    assert "cohesion.cohesive_stress_pa" not in model.column
+    assert (
+        study.without_effect("cohesion").with_effect("cohesion").effects["cohesion"]["surface_energy_j_m2"].high == 0.4
+    )
+    with pytest.raises(InputError, match="'cohesive_stress_pa' is unknown; accepted are surface_energy_j_m2"):
+        heap("cohesion = { cohesive_stress_pa = 1 }")
+    with pytest.raises(
+        InputError, match="surface_energy_j_m2 in repose; cohesive_stress_pa in shear_cell; make a study"
+    ):
+        heap("", [*HEAP, "shear_cell,shear_stress_pa,500,10"])
