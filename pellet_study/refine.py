@@ -36,6 +36,15 @@ class Refinement:
         """The diagnosis the verdict comes from."""
         return self.diagnoses[-1]
 
+    def best_of_tie(self) -> Study:
+        """The study with the best of the tied explanations added, which `refine` does not do; the study as it is left
+        where nothing is tied."""
+        study, best = self.study, self.last.rivals[0].fit.point if self.tied else None
+        for name in self.tied[0] if self.tied else ():
+            parameters = study.catalogue.effects[name].parameters
+            study = study.with_effect(name, {p: best[self.state.model.column[f"{name}.{p}"]] for p in parameters})
+        return study
+
 
 def refine(
     study: Study,

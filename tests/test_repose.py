@@ -121,6 +121,54 @@ def test_an_effect_acts_on_its_contact_constants_and_on_no_other(constants, effe
         assert found[name] == pytest.approx(value, abs=1e-9), name
 
 
+FRICTIONAL = {  # a base without the effects' own physics
+    "powder_rolling_friction": 0.0,
+    "powder_steel_rolling_friction": 0.3,
+    "powder_surface_energy": 0.0,
+}
+SEEDS = range(1, 7)
+
+
+@pytest.fixture(scope="module")
+def started(store):
+    """{effect or None: angles} of frictional heaps without, and with a hundred-thousandth of the physical limit."""
+    limits = {"cohesion": 4e-6, "rolling_resistance": 6e-6}
+    key = {name: next(iter(rigs.rig("repose").effects[name])) for name in limits}
+    amounts = {None: {}} | {name: {name: {key[name]: barely}} for name, barely in limits.items()}
+    cases = [small(seed=seed, effects=effect, **FRICTIONAL) for effect in amounts.values() for seed in SEEDS]
+    rows = run(store, cases)
+    assert set(rows["status"]) == {"ok"}, rows["status"].to_string()
+    angles = rows["repose_angle_deg"].to_numpy().reshape(len(amounts), len(SEEDS))
+    return dict(zip(amounts, angles, strict=True))
+
+
+@pytest.mark.parametrize("effect", ["cohesion", "rolling_resistance"])
+def test_an_effect_of_heaps_begins_continuously_from_absent(started, effect):
+    """A heap is chaotic: not heap by heap, but in the mean over seeds."""
+    without, barely = started[None], started[effect]
+    assert (without != barely).any()  # the effect acts
+    error = np.hypot(without.std(ddof=1), barely.std(ddof=1)) / np.sqrt(len(SEEDS))
+    assert abs(barely.mean() - without.mean()) < 3 * error
+    assert error < 1.5
+
+
+def test_an_absent_effect_is_bit_equal_and_a_present_one_is_its_parameter(store):
+    """Amounts and parameters chosen so that their sum is exact."""
+    quarter = small(powder_surface_energy=0.25, powder_rolling_friction=0.25, powder_steel_rolling_friction=0.25)
+    absent = {name: {p: 0.0 for p in parameters} for name, parameters in rigs.rig("repose").effects.items()}
+    assert absent == quarter["effects"]
+    both = small(
+        powder_surface_energy=0.125,
+        powder_rolling_friction=0.125,
+        powder_steel_rolling_friction=0.125,
+        effects={"cohesion": {"surface_energy_j_m2": 0.125}, "rolling_resistance": {"rolling_friction": 0.125}},
+    )
+    rows = run(store, [quarter, both])
+    assert rows["id"].nunique() == 2
+    for name in rigs.rig("repose").observables:
+        assert rows[name].iloc[0] == rows[name].iloc[1], name
+
+
 def test_bond_number_of_the_source_papers_powder():
     """1.9 at G = 0.1 J/m2 and 5.6 at 0.3 for R = 1.294 mm; kept by any amplification when G goes with its square."""
     for energy, expected in ((0.1, 1.87), (0.3, 5.61)):

@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 
 from pellet_study.calibrate import fit, problem_of
-from pellet_study.challenge import bench
+from pellet_study.challenge.bench import BENCH
+from pellet_study.challenge.demonstration import Demonstration
 from pellet_study.compare import calibrate
 from pellet_study.evidence import Evidence
 from pellet_study.model import Model
@@ -22,17 +23,17 @@ from pellet_study.refine import refine
 from pellet_study.simulated import Simulated
 
 LAMBDAS = (4.0, 6.0, 8.0)
-TRUE = {name: value for name, (value, _, _) in bench.RANGES.items()}
+TRUE = {name: value for name, (value, _, _) in BENCH.ranges.items()}
 
 
 class Stored:
-    """The demonstration's model on its stored surfaces."""
+    """A demonstration's model on its stored surfaces."""
 
-    def __init__(self, store: Path, workers: int | None = None, candidates=None):
-        empty = bench.rows([np.array([1.0, 2.0])] * len(bench.conditions()))
-        self.study = bench.study(empty, candidates)
+    def __init__(self, store: Path, workers: int | None = None, candidates=None, of: Demonstration = BENCH):
+        self.of = of
+        self.study = of.study(of.rows([np.array([1.0, 2.0])] * len(of.conditions)), candidates)
         self.engine = Simulated(self.study, store, workers)
-        self.engines = dict.fromkeys(bench.OBSERVABLES, self.engine)
+        self.engines = dict.fromkeys(of.observables, self.engine)
         self.model = Model(self.study, engines=self.engines)
         self._sizes: dict[tuple, float | None] = {}
 
@@ -53,14 +54,15 @@ class Stored:
     @cached_property
     def repeats(self) -> np.ndarray:
         """(n,) readings a row."""
-        return np.array([bench.REPEATS[case.rig] for case in self.model.cases])
+        return np.array([self.of.repeats[case.rig] for case in self.model.cases])
 
     def strength(self, parameters: Mapping[str, float], effects: Mapping[str, float]) -> float:
         """Lambda: root of the chi2 the base model, calibrated, leaves on noise-free readings."""
         mean, variance = self.readings(parameters, effects)
-        sd = np.array([bench.reading_sd(case.rig, y) for case, y in zip(self.model.cases, mean, strict=True)])
+        sd = np.array([self.of.reading_sd(case.rig, y) for case, y in zip(self.model.cases, mean, strict=True)])
         sd = np.sqrt(sd**2 / self.repeats + variance)
-        evidence = Evidence(np.arange(len(mean)), mean, sd, 1 / sd, 1000, 0.0, 0)
+        fitted = np.array([k for k in range(len(mean)) if k not in self.of.held_out])
+        evidence = Evidence(fitted, mean[fitted], sd[fitted], 1 / sd[fitted], 1000, 0.0, 0)
         start = self.point(parameters, {})
         return float(np.sqrt(fit(self.model, evidence, problem_of(self.model, 0, start)).chi2))
 
@@ -104,8 +106,8 @@ def noisy(mean: np.ndarray, variance: np.ndarray, rng: np.random.Generator) -> l
     """Single readings of every row: Gaussian about the mean, that moved by a draw of its uncertainty."""
     centre = mean + np.sqrt(variance) * rng.standard_normal(len(mean))
     found = []
-    for (rig, _), value in zip(bench.conditions(), centre, strict=True):
-        found.append(value + bench.reading_sd(rig, value) * rng.standard_normal(bench.REPEATS[rig]))
+    for (rig, _), value in zip(BENCH.conditions, centre, strict=True):
+        found.append(value + BENCH.reading_sd(rig, value) * rng.standard_normal(BENCH.repeats[rig]))
     return found
 
 
@@ -114,7 +116,7 @@ def draw(stored: Stored, name: str, lam: float, sign: int, amount: float, number
     rng = np.random.default_rng((zlib.crc32(f"{name}|{lam:g}|{sign}".encode()), number))
     effects = {name: amount} if name else {}
     mean, variance = stored.readings(TRUE, effects)
-    study = bench.study(bench.rows(noisy(mean, variance, rng)))
+    study = BENCH.study(BENCH.rows(noisy(mean, variance, rng)))
     state = calibrate(study, Model(study, engines=stored.engines), extra_starts=1)
     answer = refine(study, state, propose=False)
     return {

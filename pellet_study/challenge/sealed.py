@@ -1,4 +1,4 @@
-"""Sealed trials on YADE: an effect is drawn, simulated seeds are read, the truth is sealed, refine answers from the
+"""Sealed trials on YADE: an effect is drawn, the truth is sealed, its simulations are read, refine answers from the
 measurements alone, then the envelope is opened.
 
 A trial is a folder: `sealed.json` (the truth), `study.toml` and `measurements.csv` (all that refine is given), and
@@ -15,31 +15,19 @@ from pathlib import Path
 
 import numpy as np
 
-from pellet_study import catalogue, dispatch, rigs
-from pellet_study.challenge import bench
+from pellet_study import dispatch, rigs
+from pellet_study.challenge.bench import outside
+from pellet_study.challenge.demonstration import Demonstration
 from pellet_study.challenge.predictions import Stored, described
-from pellet_study.compare import calibrate
+from pellet_study.compare import Comparison, calibrate, compare
 from pellet_study.model import Model
-from pellet_study.refine import refine
+from pellet_study.refine import Refinement, refine
 from pellet_study.study import load
 
 STRENGTHS = (6.0, 8.0, 10.0, 13.0)
-HIDDEN, NOTHING, OUTSIDE = 40, 15, 5
 OUTSIDE_AMOUNTS = {"plate_resonance": 0.5, "friction_hump": 0.3}
-OTHER_NUMERICS = {
-    "rebound": {"time_step_fraction": 0.035, "stiffness_scale": 0.4},
-    "slope_slip": {"time_step_fraction": 0.07, "stiffness_scale": 0.4},
-    "inclined_roll": {"time_step_fraction": 0.035, "stiffness_scale": 0.05},
-}
 FIRST_SEED = 100_000_000  # the model's seeds lie below
 SEEDS_A_TRIAL = 1_000
-
-
-def kinds() -> list[str]:
-    """What each trial hides, in the order of the trials: any prefix of the campaign has its share of each."""
-    counts = {"one": HIDDEN, "nothing": NOTHING, "outside": OUTSIDE}
-    places = [((k + 0.5) / n, kind) for kind, n in counts.items() for k in range(n)]
-    return [kind for _, kind in sorted(places)]
 
 
 def seal(number: int, folder: Path, stored: Stored, effects: Sequence[str]) -> None:
@@ -49,10 +37,11 @@ def seal(number: int, folder: Path, stored: Stored, effects: Sequence[str]) -> N
     ----------
     effects : names of those hidden in turn; one that does not reach the strength drawn is hidden at its physical limit
     """
-    kind = kinds()[number]
-    turn = kinds()[:number].count(kind)
+    kinds = stored.of.kinds()
+    kind = kinds[number]
+    turn = kinds[:number].count(kind)
     rng = np.random.default_rng((zlib.crc32(b"sealed"), number))
-    parameters = {name: float(rng.uniform(*limits)) for name, limits in bench.TRUTH.items()}
+    parameters = {name: float(rng.uniform(*limits)) for name, limits in stored.of.truth.items()}
     hidden: dict[str, float] = {}
     if kind == "one":
         name = effects[turn % len(effects)]
@@ -78,94 +67,105 @@ def seal(number: int, folder: Path, stored: Stored, effects: Sequence[str]) -> N
     (place / "sealed.json").write_text(json.dumps(truth, indent=1) + "\n", encoding="utf-8")
 
 
-def measure(numbers: Sequence[int], folder: Path, store: Path, workers: int | None = None) -> None:
-    """Simulate the seeds of some trials, read them, write what refine is given."""
+def measure(of: Demonstration, numbers: Sequence[int], folder: Path, store: Path, workers: int | None = None) -> None:
+    """Simulate the readings of some trials, write what refine is given."""
     plain = [n for n in numbers if _truth(folder, n)["kind"] != "outside"]
-    for group, extra in ((plain, ()), ([n for n in numbers if n not in plain], bench.outside().values())):
+    for group, extra in ((plain, ()), ([n for n in numbers if n not in plain], outside().values())):
         if not group:
             continue
-        for rig in bench.OBSERVABLES:
+        for rig in of.observables:
             mine = [effect.own for effect in extra if rig in effect.rigs]
-            rigs.use(rig, catalogue.standard().rigs[rig].file, mine)
-        cases = [case for n in group for case in _cases(n, _truth(folder, n))]
+            rigs.use(rig, of.catalogue.rigs[rig].file, mine)
+        cases = [case for n in group for case in _cases(of, n, _truth(folder, n))]
         table = dispatch.run(cases, store, workers=workers)
         place = 0
         for n in group:
             rng = np.random.default_rng((zlib.crc32(b"read"), n))
             readings = []
-            for rig, _ in bench.conditions():
-                count = _seeds(rig)
+            for rig, _ in of.conditions:
+                count = of.simulated(rig)
                 some = table.iloc[place : place + count]
                 place += count
-                values = some[bench.OBSERVABLES[rig]].to_numpy(float)[(some["status"] == "ok").to_numpy()]
-                if rig == "slope_slip":
-                    noise = bench.READING_SD_DEG * rng.standard_normal(bench.REPEATS[rig])
-                    values = np.resize(values, bench.REPEATS[rig]) + noise
+                values = some[of.observables[rig]].to_numpy(float)[(some["status"] == "ok").to_numpy()]
+                if rig in of.instrument_sd:
+                    noise = of.instrument_sd[rig] * rng.standard_normal(of.repeats[rig])
+                    values = np.resize(values, of.repeats[rig]) + noise
                 readings.append(values)
-            bench.write(folder / f"{n:02d}", bench.rows(readings))
+            of.write(folder / f"{n:02d}", of.rows(readings))
 
 
 def _truth(folder: Path, number: int) -> dict:
     return json.loads((folder / f"{number:02d}" / "sealed.json").read_text(encoding="utf-8"))
 
 
-def _seeds(rig: str) -> int:
-    """Simulated seeds a row; a slip angle hardly depends on the seed, its readings scatter by the instrument."""
-    return 1 if rig == "slope_slip" else bench.REPEATS[rig]
-
-
-def _cases(number: int, truth: Mapping) -> list[dict]:
-    known = {**catalogue.standard().effects, **bench.outside()}
+def _cases(of: Demonstration, number: int, truth: Mapping) -> list[dict]:
+    known = {**of.catalogue.effects, **outside()}
     cases = []
-    for k, (rig, given) in enumerate(bench.conditions()):
+    for k, (rig, given) in enumerate(of.conditions):
         acting = {
             name: {known[name].amount: amount}
             for name, amount in truth["effects"].items()
             if name in rigs.rig(rig).effects
         }
-        first = FIRST_SEED + (number * len(bench.conditions()) + k) * SEEDS_A_TRIAL
-        for seed in range(first, first + _seeds(rig)):
+        first = FIRST_SEED + (number * len(of.conditions) + k) * SEEDS_A_TRIAL
+        for seed in range(first, first + of.simulated(rig)):
             cases.append(
                 rigs.case(
                     rig,
                     seed=seed,
-                    parameters=truth["parameters"],
+                    parameters={**truth["parameters"], **of.known},
                     conditions=given,
                     effects=acting,
-                    numerics=OTHER_NUMERICS[rig] if truth["numerics"] == "other" else None,
+                    numerics=of.other_numerics[rig] if truth["numerics"] == "other" else None,
                 )
             )
     return cases
 
 
-def answer(place: Path, stored: Stored):
-    """Refine a trial's study; the envelope stays shut."""
+def answer(place: Path, stored: Stored) -> tuple[Refinement, Comparison]:
+    """Refine a trial's study; the envelope stays shut. The comparison after it is that of the best of a tie."""
     study = load(place)
     found = refine(study, calibrate(study, Model(study, engines=stored.engines)), propose=False)
+    after = found.steps[-1]
+    if found.tied:
+        best = found.best_of_tie()
+        after = compare(best, calibrate(best, Model(best, engines=stored.engines)))
     text = {
         "verdict": found.verdict,
         "added": found.added,
         "tied": found.tied,
         "parameters": found.steps[-1].parameters,
-        "rms_error": [step.rms_error for step in found.steps],
+        "rms_error": [step.rms_error for step in (*found.steps, *([after] if found.tied else []))],
+        "holdout_rms_error": [step.holdout_rms_error for step in (found.steps[0], after)],
     }
     (place / "answer.json").write_text(json.dumps(text, indent=1) + "\n", encoding="utf-8")
-    return found
+    return found, after
 
 
-def opened(number: int, folder: Path, found) -> dict:
-    """The truth beside the answer, as a row of the trials' table."""
+def opened(of: Demonstration, number: int, folder: Path, found: Refinement, after: Comparison) -> dict:
+    """The truth beside the answer, as a row of the trials' table; effects that are one class have one name there."""
     truth = _truth(folder, number)
     lam = truth["lambda"]
+    row = described(found, truth["parameters"], truth["effects"])
+    classes = ("+".join(sorted({of.same.get(n, n) for n in names})) for names in found.tied)
     return {
+        **row,
         "kind": truth["kind"],
-        "hidden": "+".join(truth["effects"]),
+        "hidden": "+".join(of.same.get(name, name) for name in truth["effects"]),
         "lambda": "" if lam is None else f"{lam:.2f}",
         "number": number,
         "numerics": truth["numerics"],
         "amount": " ".join(f"{v:.4g}" for v in truth["effects"].values()),
-        **described(found, truth["parameters"], truth["effects"]),
+        "added": "+".join(of.same.get(name, name) for name in found.added),
+        "tied": "|".join(dict.fromkeys(classes)),
+        "rms_after": f"{after.rms_error:.4f}",
+        "held_out_before": _cell(found.steps[0].holdout_rms_error),
+        "held_out_after": _cell(after.holdout_rms_error),
     }
+
+
+def _cell(value: float | None) -> str:
+    return "" if value is None else f"{value:.4f}"
 
 
 COLUMNS = (
@@ -182,6 +182,8 @@ COLUMNS = (
     "gate_p",
     "rms_before",
     "rms_after",
+    "held_out_before",
+    "held_out_after",
     "covered",
     "constants",
     "size_ratio",
@@ -189,10 +191,18 @@ COLUMNS = (
 TOGETHER = 12  # trials whose seeds are simulated in one batch
 
 
-def run(folder: Path, store: Path, count: int, seconds: float = np.inf, workers: int | None = None, show=None) -> Path:
+def run(
+    of: Demonstration,
+    folder: Path,
+    store: Path,
+    count: int,
+    seconds: float = np.inf,
+    workers: int | None = None,
+    show=None,
+) -> Path:
     """Do the first `count` trials as far as they are not done; the table `sealed.csv` of all that are done."""
-    stored = Stored(store, workers)
-    effects = list(stored.model.effects)
+    stored = Stored(store, workers, of=of)
+    effects = of.hides or stored.model.effects
     for number in range(count):
         if not (folder / f"{number:02d}" / "sealed.json").exists():
             seal(number, folder, stored, effects)
@@ -201,14 +211,14 @@ def run(folder: Path, store: Path, count: int, seconds: float = np.inf, workers:
     for start in range(0, len(waiting), TOGETHER):
         if time.monotonic() > until:
             break
-        measure(waiting[start : start + TOGETHER], folder, store, workers)
+        measure(of, waiting[start : start + TOGETHER], folder, store, workers)
         if show is not None:
             show(count - len(waiting) + start + TOGETHER, count)
     rows = []
     for number in range(count):
         place = folder / f"{number:02d}"
         if (place / "measurements.csv").exists():
-            rows.append(opened(number, folder, answer(place, stored)))
+            rows.append(opened(of, number, folder, *answer(place, stored)))
     file = folder / "sealed.csv"
     with file.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")

@@ -160,16 +160,7 @@ def trial(
     answer = refine(study, calibrate(study, extra_starts=1), propose=False, rank=False)
     found = outcome(answer, truth)
     if answer.tied and held_out:  # a tie adds nothing: what would the best of it do?
-        best = answer.study
-        for name in answer.tied[0]:
-            best = best.with_effect(
-                name,
-                {
-                    p: answer.last.rivals[0].fit.point[answer.state.model.column[f"{name}.{p}"]]
-                    for p in best.catalogue.effects[name].parameters
-                },
-            )
-        found = replace(found, rms_after=compare(best).holdout_rms_error or np.nan)
+        found = replace(found, rms_after=compare(answer.best_of_tie()).holdout_rms_error or np.nan)
     return found
 
 

@@ -1,8 +1,9 @@
 """pellet-study challenge FOLDER: hidden-effect trials, sealed, then opened and counted.
 
 On closed-form twins of the rigs (`--on twins`, fast), on stored YADE predictions of the bench demonstration
-(`--on predictions`: the first call simulates for about an hour on two cores), or on YADE from the seeds' readings on
-(`--on yade`, sealed trials, about a minute each and core). Every call goes on where the last one stopped.
+(`--on predictions`: the first call simulates for about an hour on two cores), or on YADE from the readings on: sealed
+trials on seeds (`--on yade`, about a minute each and core) or heaps (`--on heaps`, two minutes each and core after 40
+for what all share). Every call goes on where the last one stopped.
 
 example: pellet-study challenge results/hidden_effect --on yade --minutes 30
 """
@@ -20,7 +21,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Where to, on what, and how many."""
     parser.description = __doc__.split(": ", 1)[1]
     parser.add_argument("study", type=Path, metavar="FOLDER", help="folder for the trials and the tables")
-    parser.add_argument("--on", choices=("twins", "predictions", "yade"), default="twins", help="default: twins")
+    parser.add_argument(
+        "--on", choices=("twins", "predictions", "yade", "heaps"), default="twins", help="default: twins"
+    )
     parser.add_argument(
         "--scale", type=float, default=0.02, help="share of the full campaign (default 0.02; 1 is full)"
     )
@@ -41,7 +44,9 @@ def run(arguments: argparse.Namespace) -> dict:
             bar.total = total
             bar.update(count - bar.n)
 
-    answer = {"twins": _twins, "predictions": _predictions, "yade": _yade}[arguments.on](arguments, show)
+    answer = {"twins": _twins, "predictions": _predictions, "yade": _yade, "heaps": _heaps}[arguments.on](
+        arguments, show
+    )
     for row in answer["figures"]:
         cells = list(row.values())
         say(folded([str(cells[0])]))
@@ -51,7 +56,8 @@ def run(arguments: argparse.Namespace) -> dict:
 
 
 def _command(arguments: argparse.Namespace) -> str:
-    return f"pellet-study challenge results/hidden_effect --on {arguments.on} --scale {arguments.scale:g}"
+    folder = "hidden_heaps" if arguments.on == "heaps" else "hidden_effect"
+    return f"pellet-study challenge results/{folder} --on {arguments.on} --scale {arguments.scale:g}"
 
 
 def _twins(arguments: argparse.Namespace, show) -> dict:
@@ -73,12 +79,24 @@ def _predictions(arguments: argparse.Namespace, show) -> dict:
 
 
 def _yade(arguments: argparse.Namespace, show) -> dict:
+    from pellet_study.challenge import bench, bench_tables
+
+    return _sealed(arguments, show, bench.BENCH, bench_tables.BENCH_TRIALS)
+
+
+def _heaps(arguments: argparse.Namespace, show) -> dict:
+    from pellet_study.challenge import bench_tables, heaps
+
+    return _sealed(arguments, show, heaps.HEAPS, bench_tables.HEAP_TRIALS)
+
+
+def _sealed(arguments: argparse.Namespace, show, of, text: str) -> dict:
     from pellet_study.challenge import bench_tables, sealed
 
-    count = max(1, round(arguments.scale * len(sealed.kinds())))
-    file = sealed.run(arguments.study / "sealed", arguments.study / ".store", count, 60 * arguments.minutes, show=show)
+    folder, count = arguments.study, max(1, round(arguments.scale * len(of.kinds())))
+    file = sealed.run(of, folder / "sealed", folder / ".store", count, 60 * arguments.minutes, show=show)
     rows = bench_tables.read(file)
-    return _answer(rows, bench_tables.write_sealed(rows, arguments.study, _command(arguments)))
+    return _answer(rows, bench_tables.write_sealed(rows, folder, _command(arguments), text))
 
 
 def _answer(rows: list[dict], figures: list[dict]) -> dict:

@@ -1,0 +1,130 @@
+"""What a sealed trial on YADE is made of: conditions, free parameters, how often each is read, what is hidden."""
+
+import csv
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from pellet_study import catalogue
+from pellet_study.measurements import Measurement
+from pellet_study.study import Setting, Study
+
+
+@dataclass(frozen=True)
+class Demonstration:
+    """A study whose readings are simulated.
+
+    Parameters
+    ----------
+    title : of the study
+    observables : {rig: observable}
+    conditions : (rig, conditions) of the rows; what is not named is the rig's default
+    ranges : {free parameter: (start, low, high)}
+    truth : {free parameter: (low, high)} from which the trials draw it
+    repeats : {rig: single readings a row}
+    scatter : {rig: standard deviation of single readings over their mean}, measured; for planning only
+    instrument_sd : {rig: standard deviation of a reading} where the seed hardly matters: one is simulated, and its
+        readings scatter by the instrument
+    other_numerics : {rig: numerics} of every second trial
+    trials : {kind: how many}; kinds are `one`, `nothing`, `outside`
+    known : {parameter: value} known for every row
+    held_out : places of the rows that are kept back
+    candidates : effects that diagnose may consider; None: all that act
+    hides : effects hidden in turn; None: all that act
+    same : effects that are proportional to another one under all conditions
+    """
+
+    title: str
+    observables: Mapping[str, str]
+    conditions: Sequence[tuple[str, Mapping[str, float]]]
+    ranges: Mapping[str, tuple[float, float, float]]
+    truth: Mapping[str, tuple[float, float]]
+    repeats: Mapping[str, int]
+    scatter: Mapping[str, float]
+    other_numerics: Mapping[str, Mapping[str, float]]
+    trials: Mapping[str, int]
+    instrument_sd: Mapping[str, float] = field(default_factory=dict)
+    known: Mapping[str, float] = field(default_factory=dict)
+    held_out: frozenset[int] = frozenset()
+    candidates: tuple[str, ...] | None = None
+    hides: tuple[str, ...] | None = None
+    same: Mapping[str, str] = field(default_factory=dict)
+
+    @cached_property
+    def catalogue(self) -> catalogue.Catalogue:
+        """The package's rigs and effects, as they are in these rigs."""
+        return catalogue.standard().within(list(self.observables))
+
+    def rows(self, readings: Sequence[np.ndarray]) -> list[Measurement]:
+        """A row for each condition, from its single readings."""
+        found = []
+        for k, ((rig, given), values) in enumerate(zip(self.conditions, readings, strict=True)):
+            declared = self.catalogue.rigs[rig].conditions
+            complete = {name: float(given.get(name, quantity["default"])) for name, quantity in declared.items()}
+            found.append(
+                Measurement(
+                    rig,
+                    self.observables[rig],
+                    float(np.mean(values)),
+                    float(np.std(values, ddof=1)),
+                    len(values),
+                    complete,
+                    dict(self.known),
+                    "",
+                    0.0,
+                    "holdout" if k in self.held_out else "fit",
+                    "",
+                    k + 2,
+                )
+            )
+        return found
+
+    def study(self, measured: Sequence[Measurement], candidates: catalogue.Catalogue | None = None) -> Study:
+        """The study a user would make of such readings."""
+        return Study(
+            title=self.title,
+            rows=tuple(measured),
+            parameters={name: Setting(*values) for name, values in self.ranges.items()},
+            effects={},
+            catalogue=candidates or self.catalogue,
+            candidates=self.candidates,
+        )
+
+    def write(self, folder: Path, measured: Sequence[Measurement]) -> None:
+        """study.toml and measurements.csv of such a study."""
+        folder.mkdir(parents=True, exist_ok=True)
+        lines = [f'title = "{self.title}"']
+        if self.candidates is not None:
+            names = ", ".join(f'"{name}"' for name in self.candidates)
+            lines.append(f"candidates = [{names}]")
+        lines += ["", "[parameters]"]
+        lines += [
+            f"{name} = {{ value = {value}, min = {low}, max = {high} }}"
+            for name, (value, low, high) in self.ranges.items()
+        ]
+        (folder / "study.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        names = list(dict.fromkeys(c for _, given in self.conditions for c in given))
+        with open(folder / "measurements.csv", "w", newline="", encoding="utf-8") as stream:
+            writer = csv.writer(stream, lineterminator="\n")
+            split = ["split"] if self.held_out else []
+            writer.writerow(["rig", "observable", "value", "sd", "n", *names, *self.known, *split])
+            for (_, given), row in zip(self.conditions, measured, strict=True):
+                values = [f"{row.value:.6g}", f"{row.sd:.6g}", row.n, *(given.get(name, "") for name in names)]
+                kept = [row.split] if split else []
+                writer.writerow([row.rig, row.observable, *values, *self.known.values(), *kept])
+
+    def reading_sd(self, rig: str, mean: float) -> float:
+        """Expected standard deviation of one reading."""
+        return self.instrument_sd[rig] if rig in self.instrument_sd else self.scatter[rig] * abs(mean)
+
+    def simulated(self, rig: str) -> int:
+        """Simulated seeds a row."""
+        return 1 if rig in self.instrument_sd else self.repeats[rig]
+
+    def kinds(self) -> list[str]:
+        """What each trial hides, in the order of the trials: any prefix of the campaign has its share of each."""
+        places = [((k + 0.5) / n, kind) for kind, n in self.trials.items() for k in range(n)]
+        return [kind for _, kind in sorted(places)]
