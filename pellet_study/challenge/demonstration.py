@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pellet_study import catalogue
+from pellet_study.catalogue import Catalogue, standard
 from pellet_study.measurements import Measurement
 from pellet_study.study import Setting, Study
 
@@ -34,7 +34,8 @@ class Demonstration:
     held_out : places of the rows that are kept back
     candidates : effects that diagnose may consider; None: all that act
     hides : effects hidden in turn; None: all that act
-    same : effects that are proportional to another one under all conditions
+    same : {effect: the other one it is proportional to under all conditions}
+    effort : of the study, simulations as a multiple of the least that answers
     """
 
     title: str
@@ -52,11 +53,12 @@ class Demonstration:
     candidates: tuple[str, ...] | None = None
     hides: tuple[str, ...] | None = None
     same: Mapping[str, str] = field(default_factory=dict)
+    effort: float = 1.0
 
     @cached_property
-    def catalogue(self) -> catalogue.Catalogue:
+    def catalogue(self) -> Catalogue:
         """The package's rigs and effects, as they are in these rigs."""
-        return catalogue.standard().within(list(self.observables))
+        return standard().within(list(self.observables))
 
     def rows(self, readings: Sequence[np.ndarray]) -> list[Measurement]:
         """A row for each condition, from its single readings."""
@@ -82,7 +84,7 @@ class Demonstration:
             )
         return found
 
-    def study(self, measured: Sequence[Measurement], candidates: catalogue.Catalogue | None = None) -> Study:
+    def study(self, measured: Sequence[Measurement], candidates: Catalogue | None = None) -> Study:
         """The study a user would make of such readings."""
         return Study(
             title=self.title,
@@ -91,6 +93,7 @@ class Demonstration:
             effects={},
             catalogue=candidates or self.catalogue,
             candidates=self.candidates,
+            effort=self.effort,
         )
 
     def write(self, folder: Path, measured: Sequence[Measurement]) -> None:
@@ -100,6 +103,8 @@ class Demonstration:
         if self.candidates is not None:
             names = ", ".join(f'"{name}"' for name in self.candidates)
             lines.append(f"candidates = [{names}]")
+        if self.effort != 1:
+            lines.append(f"effort = {self.effort}")
         lines += ["", "[parameters]"]
         lines += [
             f"{name} = {{ value = {value}, min = {low}, max = {high} }}"

@@ -1,0 +1,40 @@
+"""The heap trials: what refine is given, and that committed envelopes hold what their readings were simulated from."""
+
+from pathlib import Path
+
+import numpy as np
+
+from pellet_study import rigs
+from pellet_study.challenge import sealed
+from pellet_study.challenge.heaps import HEAPS
+from pellet_study.study import load
+
+RESULTS = Path(__file__).resolve().parents[1] / "results" / "hidden_heaps"
+PLACES = sorted(RESULTS.glob("sealed/[0-9]*"))
+
+
+def test_a_trials_study_is_read_back_as_it_was_meant(tmp_path):
+    readings = [20.0 + k + np.arange(4.0) for k in range(len(HEAPS.conditions))]
+    HEAPS.write(tmp_path, HEAPS.rows(readings))
+    study, meant = load(tmp_path), HEAPS.study(HEAPS.rows(readings))
+    assert [row.conditions for row in study.rows] == [row.conditions for row in meant.rows]
+    assert {row.parameters["powder_steel_rolling_friction"] for row in study.rows} == {0.3}
+    assert [k for k, row in enumerate(study.rows) if row.split == "holdout"] == sorted(HEAPS.held_out)
+    assert (study.parameters, study.effort, study.absent()) == (meant.parameters, meant.effort, meant.absent())
+    assert study.catalogue.effects["cohesion"].amount == "surface_energy_j_m2"
+    assert "cohesion" in study.absent() and not study.effects
+
+
+def test_truths_use_seeds_and_numerics_that_the_model_does_not():
+    truth = {"effects": {"cohesion": 0.05}, "parameters": {"powder_static_friction": 0.5}, "numerics": "other"}
+    cases = sealed._cases(HEAPS, 3, truth)
+    assert len(cases) == 4 * len(HEAPS.conditions) and len({case["seed"] for case in cases}) == len(cases)
+    assert min(case["seed"] for case in cases) >= sealed.FIRST_SEED
+    for case in cases:
+        assert case["effects"]["cohesion"]["surface_energy_j_m2"] == 0.05
+        assert case["numerics"]["stiffness_scale"] == 4e-4 and case["parameters"]["powder_static_friction"] == 0.5
+    default = rigs.case("repose")["numerics"]
+    assert (
+        default["stiffness_scale"] == 1e-3
+        and default["time_step_fraction"] > cases[0]["numerics"]["time_step_fraction"]
+    )
