@@ -162,9 +162,10 @@ def diagnose(
     evidence, fitted = state.evidence, state.fit
     warnings = list(comparison.warnings)
     names = [name for name in study.absent() if name in state.model.effects]
-    basis = absorbed(fitted.jacobian)
+    basis = absorbed(fitted.jacobian[:, ~fitted.at_bound])  # a constant that sticks at its bound absorbs nothing
     dof = len(evidence.case) - basis.shape[1]
-    hopeless = dof < 1 or (dof < 2 and not evidence.scale_known)
+    spare = len(evidence.case) - absorbed(fitted.jacobian).shape[1]
+    hopeless = spare < 1 or (spare < 2 and not evidence.scale_known)
     dear = state.model.levels <= FEW_LEVELS
     found = [] if hopeless and dear else signatures(state, names, basis)
     shown = [s for s in found if s.visible_share >= VISIBLE and s.length >= 1.0]

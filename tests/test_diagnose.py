@@ -102,3 +102,35 @@ def test_a_look_alike_must_be_one_number(hidden, explains):
     assert judge(state, [fitted])[0].explains == explains
     if not explains:
         assert found[0].condition == "seed_length_mm" and found[0].p < VARIES
+
+
+ROUGHER = """
+EFFECT = {
+    "name": "rougher", "means": "the angle is higher everywhere", "formula": "tau (1 + k)", "sides": 1,
+    "parameters": {"k": {"absent": 0.0, "min": 0.0, "max": 1.0, "unit": "1", "meaning": "k"}},
+    "rigs": {"layer_on_incline": "everywhere"}, "signature": "as more friction would", "source": "this test",
+}
+
+
+def act(shear, normal, conditions, values):
+    return shear * (1 + values["k"])
+
+
+CLOSED_FORM = {"layer_on_incline": act}
+"""
+
+
+def test_what_a_constant_at_its_bound_cannot_reach_is_not_taken_as_explained_by_it(tmp_path):
+    """mu up to 0.45 against readings of 0.55: an effect just like more friction is what explains them, by k = 0.222."""
+    study = incline(tmp_path, mu=0.55)
+    (study / "effects").mkdir()
+    (study / "effects" / "rougher.py").write_text(ROUGHER)
+    toml = (study / "study.toml").read_text()
+    (study / "study.toml").write_text(
+        toml.replace("value = 0.5, min = 0.05, max = 2.0", "value = 0.4, min = 0.2, max = 0.45")
+    )
+    found = diagnose(load(study))
+    assert (found.verdict, found.missing) == ("missing", ("rougher",))
+    assert found.ranking[0].value["k"] == pytest.approx(0.55 / 0.45 - 1, rel=0.15)
+    (study / "study.toml").write_text(toml)  # where friction is free to reach them, nothing is missing
+    assert diagnose(load(study)).verdict == "adequate"
