@@ -45,14 +45,15 @@ WANTED_ERROR = 0.25  # deg, standard error of the validation's mean
 
 @dataclass(frozen=True)
 class Sizes:
-    """How many heaps: at the centre of each design, and at least and at most in the validation."""
+    """How many heaps: at each point of a design and of the climb, at its centre, at least and at most in the validation."""
 
+    repeats: int
     centre_points: int
     fewest: int
     most: int
 
 
-FULL, QUICK = Sizes(5, 10, 30), Sizes(3, 4, 4)
+FULL, QUICK = Sizes(3, 5, 10, 40), Sizes(1, 3, 4, 4)
 
 
 @dataclass(frozen=True)
@@ -174,6 +175,11 @@ class Chain:
         table["id"] = found["id"].to_numpy()
         return table
 
+    def repeated(self, points: list, coded: np.ndarray) -> list:
+        """The points of a design, then those beside its centre again."""
+        beside = [point for point, row in zip(points, coded, strict=True) if np.any(row)]
+        return points + (self.sizes.repeats - 1) * beside
+
     def write(self, stage: str, name: str, content) -> None:
         """A file of a stage: a table, an answer, or text."""
         folder = self.folder / stage
@@ -225,7 +231,7 @@ class Chain:
         coded = plackett_burman.coded_matrix(len(factors), centre_points=self.sizes.centre_points)
         points = [{f.name: float(f.physical(x)) for f, x in zip(factors, row, strict=True)} for row in coded]
         self.write("screening", "design", pd.DataFrame(points).round(10))
-        runs = self.heaps("screening", points)
+        runs = self.heaps("screening", self.repeated(points, coded))
         self.write("screening", "runs", runs)
         good = self.good(runs, "screening", len(factors) + 2)
         found = plackett_burman.analyse(table_of(good, factors))
@@ -247,36 +253,37 @@ class Chain:
         return decision
 
     def climb(self) -> dict:
-        """Runs from the corner of lowest predicted angle towards the highest; where they meet the target."""
+        """Runs along the gradient of the screening, through the middle of its box; where they meet the target."""
         screened = self.decision("screening")
         names = screened["factors"]
         factors = [f for f in self.plan.factors if f.name in names]
-        signs = np.array([np.sign(screened["coefficients"][f.name]) or 1.0 for f in factors])
+        slopes = np.array([screened["coefficients"][f.name] for f in factors])
+        uphill = slopes / np.abs(slopes).max()
         step = 2 / (CLIMB_POINTS - 1)
-        coded = [-signs + k * step * signs for k in range(CLIMB_POINTS)]
+        coded = [(k * step - 1) * uphill for k in range(CLIMB_POINTS)]
         known = rigs.rig(RIG).parameters
         runs = pd.DataFrame()
         for move in range(MOVES):
             points = [{f.name: float(f.physical(x)) for f, x in zip(factors, row, strict=True)} for row in coded]
             self.write("climb", "design", pd.DataFrame(points).round(10))
-            runs = self.heaps("climb", points)
+            runs = self.heaps("climb", [point for point in points for _ in range(self.sizes.repeats)])
             self.write("climb", "runs", runs)
             good = self.good(runs, "climb", 3)
-            along = np.array([float(row @ signs) / len(signs) for row in coded])  # coded, -1 to 1 inside the first box
-            place = crossing(along[good.index], good[OBSERVABLE].to_numpy(), self.plan.target)
+            along = np.array([float(row @ uphill) for row in coded]) / (uphill @ uphill)  # -1 to 1 inside the first box
+            place = crossing(np.repeat(along, self.sizes.repeats)[good.index], good[OBSERVABLE].to_numpy(), self.plan.target)
             ends = {True: along.max() + step * np.array([1, 2]), False: along.min() - step * np.array([1, 2])}
-            beyond = [x * signs for x in ends[bool(place > 0)] if allowed(x * signs, factors, known)]
+            beyond = [x * uphill for x in ends[bool(place > 0)] if allowed(x * uphill, factors, known)]
             reached = bool(along.min() <= place <= along.max())
             if reached or not beyond or move == MOVES - 1:
                 break
             self.say(f"  climb: {self.plan.target:g} deg is not met along the path; it goes on beyond the box")
             coded = coded + beyond  # at the end of the list, so that earlier points keep their seeds
         centre = float(np.clip(place, along.min(), along.max()))
-        boxes = box_around(centre * signs, HALF_BOX * step, factors, known)
+        boxes = box_around(centre * uphill, HALF_BOX * step, factors, known)
         decision = {
             "factors": names,
             "reached": reached,
-            "centre": {f.name: float(f.physical(x)) for f, x in zip(factors, centre * signs, strict=True)},
+            "centre": {f.name: float(f.physical(x)) for f, x in zip(factors, centre * uphill, strict=True)},
             "box": boxes,
             "heaps": len(runs),
             "lost": int((runs["verdict"] != "ok").sum()),
@@ -296,7 +303,7 @@ class Chain:
             coded = box_behnken.coded_matrix(len(factors), self.sizes.centre_points)
             points = [{f.name: float(f.physical(x)) for f, x in zip(factors, row, strict=True)} for row in coded]
             self.write("surface", "design", pd.DataFrame(points).round(10))
-            runs = self.heaps("surface", points, first=1000 * move)
+            runs = self.heaps("surface", self.repeated(points, coded), first=1000 * move)
             runs["box"] = move
             everything.append(runs)
             self.write("surface", "runs", pd.concat(everything, ignore_index=True))
@@ -366,7 +373,7 @@ class Chain:
         file = self.folder / "surface" / "runs.csv"
         if not file.exists() and self.decisions_from is not None:
             file = self.decisions_from / "surface" / "runs.csv"
-        runs = pd.read_csv(file, float_precision="round_trip")
+        runs = pd.read_csv(file)
         last = runs[(runs["box"] == runs["box"].max()) & (runs["verdict"] == "ok")]
         units = {f.name: f.unit for f in self.plan.factors}
         factors = [Factor(name, *levels, units[name]) for name, levels in decision["box"].items()]
@@ -431,7 +438,7 @@ class Chain:
     def gather(self) -> None:
         """runs.csv: a row a heap of every stage done so far."""
         tables = [
-            pd.read_csv(f, float_precision="round_trip") for s in STAGES if (f := self.folder / s / "runs.csv").exists()
+            pd.read_csv(f, dtype=str) for s in STAGES if (f := self.folder / s / "runs.csv").exists()
         ]
         if tables:
             pd.concat(tables, ignore_index=True).to_csv(self.folder / "runs.csv", index=False, lineterminator="\n")
@@ -445,10 +452,11 @@ def table_of(runs: pd.DataFrame, factors: list[Factor]) -> DesignTable:
 
 
 def scatter(runs: pd.DataFrame) -> float | None:
-    """Standard deviation over seeds of the heaps at the most repeated point, deg."""
+    """Standard deviation over seeds of the heaps at one point, pooled over the points that have several, deg."""
     names = [name for name in SYMBOLS if name in runs]
     groups = [g[OBSERVABLE] for _, g in runs.groupby(names) if len(g) > 1]
-    return float(max(groups, key=len).std(ddof=1)) if groups else None
+    freedom = sum(len(g) - 1 for g in groups)
+    return float(np.sqrt(sum((len(g) - 1) * g.var(ddof=1) for g in groups) / freedom)) if groups else None
 
 
 def effects_table(plan: Plan, found, errors: dict) -> pd.DataFrame:

@@ -146,18 +146,21 @@ def _climb(folder: Path, measured) -> dict:
 @styled
 def climb(runs: pd.DataFrame, names: list[str], measured: tuple[float, float | None] | None):
     """Angles of the heaps along a path in several factors, the measured angle beside."""
-    runs = runs.sort_values(names[0])
+    at = runs.groupby(names).ngroup() + 1
     figure, axes = look.new_axes(6.0, 4.0)
-    at = np.arange(1, len(runs) + 1)
     axes.errorbar(
-        at, runs[OBSERVABLE], runs["direction_error_deg"], fmt="o-", color=MODEL, capsize=3, label="simulated heap"
+        at, runs[OBSERVABLE], runs["direction_error_deg"], fmt="o", color=MODEL, capsize=3, label="simulated heap"
     )
+    mean = runs[OBSERVABLE].groupby(at).mean()
+    if len(mean) < len(runs):
+        axes.plot(mean.index, mean, "_-", color=MODEL, markersize=14, label="their mean")
     if measured:
         value, sd = measured
         if sd:
             axes.axhspan(value - sd, value + sd, color=LIGHT, alpha=0.5, zorder=0)
         axes.axhline(value, color=MEASURED, linestyle="--", label=f"measured {value:g} deg")
-    axes.set_xticks(at, ["\n".join(f"{n} {row[n]:.4g}" for n in names) for _, row in runs.iterrows()])
+    points = runs.drop_duplicates(names).sort_values(names)
+    axes.set_xticks(mean.index, ["\n".join(f"{n} {row[n]:.4g}" for n in names) for _, row in points.iterrows()])
     axes.set_xlabel(f"point of the path (levels of {', '.join(names)})")
     axes.set_ylabel("repose angle (deg)")
     axes.legend()
