@@ -5,9 +5,12 @@ after, resumed, or done again by itself. Heaps that gave no angle (an arch, a bl
 """
 
 import json
+import os
+import shutil
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import numpy as np
 import pandas as pd
@@ -40,6 +43,7 @@ SEEDS_A_STAGE = 10_000
 CLIMB_POINTS = 6
 HALF_BOX = 2.0  # half-width of the surface's box, in steps of the climb
 MOVES = 3  # of climb or box, before it is given up
+KEEP_GRAINS = "PELLET_STUDY_GRAINS"  # where the rig leaves the grains of its heaps
 WANTED_ERROR = 0.25  # deg, standard error of the validation's mean
 
 
@@ -270,7 +274,9 @@ class Chain:
             self.write("climb", "runs", runs)
             good = self.good(runs, "climb", 3)
             along = np.array([float(row @ uphill) for row in coded]) / (uphill @ uphill)  # -1 to 1 inside the first box
-            place = crossing(np.repeat(along, self.sizes.repeats)[good.index], good[OBSERVABLE].to_numpy(), self.plan.target)
+            place = crossing(
+                np.repeat(along, self.sizes.repeats)[good.index], good[OBSERVABLE].to_numpy(), self.plan.target
+            )
             ends = {True: along.max() + step * np.array([1, 2]), False: along.min() - step * np.array([1, 2])}
             beyond = [x * uphill for x in ends[bool(place > 0)] if allowed(x * uphill, factors, known)]
             reached = bool(along.min() <= place <= along.max())
@@ -393,6 +399,7 @@ class Chain:
                 break
             heaps = min(self.sizes.most, max(heaps + 1, int(np.ceil(heaps * (error / WANTED_ERROR) ** 2))))
         self.write("validation", "runs", runs)
+        self.keep_grains(point)
         tested = validation.equivalence(
             validation.sample_of(good),
             validation.Sample(self.plan.target, self.plan.sd, self.plan.n)
@@ -424,6 +431,23 @@ class Chain:
         self.write("validation", "decision", decision)
         return decision
 
+    @property
+    def grains(self) -> Path:
+        """File of the grains of one heap at the optimum."""
+        return self.folder / "heap_grains.csv"
+
+    def keep_grains(self, point: Mapping[str, float]) -> None:
+        """The first heap of the validation once more, its grains kept; nothing where it gave no heap."""
+        with TemporaryDirectory() as folder:
+            os.environ[KEEP_GRAINS] = folder
+            try:
+                again = replace(self, store=Path(folder) / "store").heaps("validation", [point]).iloc[0]
+            finally:
+                del os.environ[KEEP_GRAINS]
+            left = Path(folder) / f"{again['id']}.csv"
+            if left.exists():
+                shutil.copy(left, self.grains)
+
     def run(self, stages: Sequence[str] = STAGES) -> dict[str, dict]:
         """The stages named, in the paper's order; {stage: decision} of those done so far."""
         for stage in STAGES:
@@ -437,9 +461,7 @@ class Chain:
 
     def gather(self) -> None:
         """runs.csv: a row a heap of every stage done so far."""
-        tables = [
-            pd.read_csv(f, dtype=str) for s in STAGES if (f := self.folder / s / "runs.csv").exists()
-        ]
+        tables = [pd.read_csv(f, dtype=str) for s in STAGES if (f := self.folder / s / "runs.csv").exists()]
         if tables:
             pd.concat(tables, ignore_index=True).to_csv(self.folder / "runs.csv", index=False, lineterminator="\n")
 

@@ -2,13 +2,12 @@
 
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
+from pellet_study import powder_stages, render
 from pellet_study.doe import figures
 from pellet_study.doe.answers import plain
-from pellet_study.powder_chain import OBSERVABLE, STAGES, Chain, summary
-from yade_scripts import heap
+from pellet_study.powder_chain import STAGES, Chain, summary
 
 NAMES = {
     "A": "restitution powder-powder",
@@ -41,13 +40,18 @@ def write(chain: Chain, decisions: dict[str, dict]) -> str:
             "half_normal": figures.half_normal(chain.screened.effects, chain.screened.lenth, "deg"),
         }
     if "climb" in decisions and (chain.folder / "climb" / "runs.csv").exists():
-        drawn["climb"] = {"climb": climb_figure(chain)}
+        runs = pd.read_csv(chain.folder / "climb" / "runs.csv")
+        good = runs[runs["verdict"] == "ok"]
+        measured = (chain.plan.target, chain.plan.sd)
+        drawn["climb"] = {"climb": powder_stages.climb(good, decisions["climb"]["factors"], measured)}
     if hasattr(chain, "targeted"):
         surface = chain.targeted.surface
         drawn["optimum"] = {"surface": figures.surface_contours(surface, chain.targeted, "deg")}
         drawn["surface"] = {"predicted_observed": figures.predicted_observed(surface, "deg")}
     for stage, pictures in drawn.items():
         figures.save(pictures, chain.folder / stage)
+    if chain.grains.exists():
+        draw_heap(chain.grains, chain.folder / "figures")
     text = text_of(chain, decisions)
     (chain.folder / "summary.txt").write_text(text + "\n", encoding="utf-8")
     return text + f"\n\nresults in {chain.folder}"
@@ -92,58 +96,11 @@ def text_of(chain: Chain, decisions: dict[str, dict]) -> str:
     return "\n".join(lines)
 
 
-def climb_figure(chain: Chain):
-    """Angles along the path, with the target."""
-    runs = pd.read_csv(chain.folder / "climb" / "runs.csv")
-    design = pd.read_csv(chain.folder / "climb" / "design.csv")
-    figure, axes = figures.new_axes()
-    good = runs["verdict"] == "ok"
-    first = design.columns[-1]
-    axes.errorbar(
-        runs.loc[good, first], runs.loc[good, OBSERVABLE], runs.loc[good, "direction_error_deg"],
-        fmt="o", color=figures.DARK, capsize=3, label="a heap, error over its silhouettes",
-    )  # fmt: skip
-    axes.axhspan(chain.plan.target - chain.plan.sd, chain.plan.target + chain.plan.sd, color=figures.LIGHT, alpha=0.5)
-    axes.axhline(
-        chain.plan.target, color=figures.ACCENT, label=f"measured {chain.plan.target:g} +- {chain.plan.sd:g} deg"
-    )
-    axes.set_xlabel(f"{NAMES[first]} (the others of the path move along)")
-    axes.set_ylabel("repose angle / deg")
-    axes.legend()
-    return figure
+def draw_heap(grains: Path, folder: Path) -> None:
+    """A picture of a heap and one of its profile fit, as the source paper's Figures 9 and 10."""
+    from matplotlib.image import imsave
 
-
-def heap_figures(grains: Path, folder: Path) -> list[Path]:
-    """A picture of a heap and one of its profile fit, from the file of its grains (x, y, z, radius in m)."""
-    from matplotlib.collections import EllipseCollection
-
-    x, y, z, radius = np.loadtxt(grains, delimiter=",", skiprows=1).T * 1e3
-    figure, axes = figures.new_axes((6.4, 3.6))
-    order = np.argsort(-y)  # the far ones first
-    shade = (y - y.min()) / np.ptp(y)
-    axes.add_collection(
-        EllipseCollection(
-            2 * radius[order], 2 * radius[order], np.zeros(len(x)), units="xy",
-            offsets=np.column_stack([x, z])[order], transOffset=axes.transData,
-            facecolors=[str(0.35 + 0.55 * (1 - s)) for s in shade[order]], edgecolors="black", linewidths=0.2,
-        )
-    )  # fmt: skip
-    wide = 1.05 * np.percentile(np.hypot(x, y), 99)
-    axes.set_ylim(-1, 1.25 * (z + radius).max())
-    profile, profile_axes = figures.new_axes((6.4, 3.6))
-    place, height = heap.silhouette(np.column_stack([x, y, z]), radius, 0.0)
-    flanks = heap.fit_flanks(place, height)
-    profile_axes.plot(place, height, color=figures.DARK, label="silhouette")
-    for flank in flanks:
-        ends = np.array([flank.start, flank.end])
-        profile_axes.plot(
-            ends, flank.height_at_0 + flank.slope * ends, color=figures.ACCENT, linewidth=2.5,
-            label=f"straight line, {flank.angle_deg:.1f} deg",
-        )  # fmt: skip
-    profile_axes.legend()
-    for each in (axes, profile_axes):
-        each.set_xlim(-wide, wide)
-        each.set_aspect("equal")
-        each.set_xlabel("x / mm")
-        each.set_ylabel("height / mm")
-    return figures.save({"heap": figure, "heap_profile": profile}, folder)
+    centres, radii = render.read_grains(grains)
+    folder.mkdir(parents=True, exist_ok=True)
+    imsave(folder / "heap.png", render.picture(centres, radii, width=1000))
+    figures.save({"heap_profile": render.profile(centres, radii)}, folder)

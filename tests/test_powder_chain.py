@@ -166,3 +166,13 @@ def test_studies_without_a_measured_angle_are_refused(powder):
     (powder / "measurements.csv").write_text("rig,observable,value\nrepose,repose_angle_deg,41.69\n")
     with pytest.raises(InputError, match="sd"):
         powder_chain.plan_of(study.load(powder))
+
+
+def test_repeats_are_heaps_at_the_same_points(powder, monkeypatch, capsys):
+    monkeypatch.setattr(powder_chain, "dispatch", Formula())
+    assert main(["calibrate", str(powder), "--until", "screening", "--repeats", "2"]) == 0
+    runs = pd.read_csv(powder / "screening" / "runs.csv")
+    assert len(runs) == 2 * 12 + 5
+    assert (runs.loc[:11, list(SYMBOLS)].to_numpy() == runs.loc[17:, list(SYMBOLS)].to_numpy()).all()
+    assert main(["calibrate", str(powder), "--repeats", "0"]) == 2
+    assert "at least one" in capsys.readouterr().err

@@ -1,6 +1,7 @@
 """`pellet-study calibrate`: the source paper's powder calibration on the repose rig, stage by stage."""
 
 import argparse
+from dataclasses import replace
 from pathlib import Path
 
 from pellet_study.errors import InputError
@@ -33,6 +34,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--results", metavar="FOLDER", type=Path, help="where the results go (the study itself); made where missing"
     )
+    parser.add_argument(
+        "--repeats", type=int, metavar="N", help="heaps at each point of the designs and of the climb (3; --quick 1)"
+    )
     parser.add_argument("--workers", type=int, metavar="N", help="YADE processes at once (one a core)")
     parser.add_argument(
         "--quick",
@@ -48,6 +52,8 @@ def run(arguments: argparse.Namespace) -> dict:
 
     if arguments.until and arguments.only:
         raise InputError("--until and --only exclude each other: give one")
+    if arguments.repeats is not None and arguments.repeats < 1:
+        raise InputError(f"--repeats {arguments.repeats}: expected at least one heap a point")
     if arguments.quick and not (arguments.quick / "optimum" / "decision.json").exists():
         raise InputError(f"--quick {arguments.quick}: expected the results of a chain that was run to the optimum")
     stages = powder_chain.STAGES
@@ -61,6 +67,8 @@ def run(arguments: argparse.Namespace) -> dict:
     plan = powder_chain.plan_of(study.load(arguments.study), arguments.contact_law)
     folder.mkdir(parents=True, exist_ok=True)
     sizes = powder_chain.QUICK if arguments.quick else powder_chain.FULL
+    if arguments.repeats is not None:
+        sizes = replace(sizes, repeats=arguments.repeats)
     chain = powder_chain.Chain(
         plan, folder, folder / ".store", sizes, workers=arguments.workers, decisions_from=arguments.quick
     )
