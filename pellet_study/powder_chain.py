@@ -44,7 +44,6 @@ CLIMB_POINTS = 6
 HALF_BOX = 2.0  # half-width of the surface's box, in steps of the climb
 MOVES = 3  # of climb or box, before it is given up
 KEEP_GRAINS = "PELLET_STUDY_GRAINS"  # where the rig leaves the grains of its heaps
-WANTED_ERROR = 0.25  # deg, standard error of the validation's mean
 
 
 @dataclass(frozen=True)
@@ -55,6 +54,7 @@ class Sizes:
     centre_points: int
     fewest: int
     most: int
+    wanted_error: float = 0.25  # deg, standard error of the validation's mean
 
 
 FULL, QUICK = Sizes(3, 5, 10, 40), Sizes(1, 3, 4, 4)
@@ -395,9 +395,9 @@ class Chain:
             runs = self.heaps("validation", [point] * heaps)
             good = self.good(runs, "validation", 2)[OBSERVABLE]
             error = float(good.std(ddof=1) / np.sqrt(len(good)))
-            if error <= WANTED_ERROR or heaps >= self.sizes.most:
+            if error <= self.sizes.wanted_error or heaps >= self.sizes.most:
                 break
-            heaps = min(self.sizes.most, max(heaps + 1, int(np.ceil(heaps * (error / WANTED_ERROR) ** 2))))
+            heaps = min(self.sizes.most, max(heaps + 1, int(np.ceil(heaps * (error / self.sizes.wanted_error) ** 2))))
         self.write("validation", "runs", runs)
         self.keep_grains(point)
         tested = validation.equivalence(

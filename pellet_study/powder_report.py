@@ -7,7 +7,7 @@ import pandas as pd
 from pellet_study import powder_stages, render
 from pellet_study.doe import figures
 from pellet_study.doe.answers import plain
-from pellet_study.powder_chain import STAGES, Chain, summary
+from pellet_study.powder_chain import STAGES, Chain, Plan, summary
 
 NAMES = {
     "A": "restitution powder-powder",
@@ -29,6 +29,26 @@ def answer(decisions: dict[str, dict]) -> dict:
             "validation": decisions.get("validation"),
         }
     )
+
+
+def path_answer(decision: dict) -> dict:
+    """A calibration in few heaps as JSON."""
+    return plain({"stages": [{"stage": "path", **decision}], "optimum": decision, "validation": None})
+
+
+def text_of_path(plan: Plan, decision: dict) -> str:
+    """A calibration in few heaps in words."""
+    point = ", ".join(f"{name} {decision['point'][name]:.3f}" for name in decision["factors"])
+    lost = f", {decision['lost']} lost" if decision["lost"] else ""
+    lines = [
+        f"Powder calibration in few heaps, contact law {plan.contact_law}, target {plan.target:g} deg",
+        f"{point}: {decision['predicted_deg']:.2f} +- {decision['standard_error_deg']:.2f} deg by a straight line through "
+        f"{decision['path_heaps']} heaps on the path ({decision['heaps']} in all{lost})",
+    ]
+    if not decision["met"]:
+        lines.append("the path ends before it meets the target: this is its nearest point")
+    lines.append("nothing is validated by heaps of its own here; `calibrate` without --few does that")
+    return "\n".join(lines)
 
 
 def write(chain: Chain, decisions: dict[str, dict]) -> str:

@@ -39,6 +39,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument("--workers", type=int, metavar="N", help="YADE processes at once (one a core)")
     parser.add_argument(
+        "--few",
+        action="store_true",
+        help="few heaps: a screening without centre points, then heaps only where the path meets the measured angle",
+    )
+    parser.add_argument(
         "--quick",
         metavar="FOLDER",
         type=Path,
@@ -48,8 +53,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> dict:
     """Do the stages, write the results, print the summary."""
-    from pellet_study import powder_chain, powder_report, study
+    from pellet_study import powder_chain, powder_path, powder_report, study
 
+    if arguments.few and (arguments.until or arguments.only or arguments.quick or arguments.repeats):
+        raise InputError("--few has no stages: leave --until, --only, --quick and --repeats away")
     if arguments.until and arguments.only:
         raise InputError("--until and --only exclude each other: give one")
     if arguments.repeats is not None and arguments.repeats < 1:
@@ -72,6 +79,10 @@ def run(arguments: argparse.Namespace) -> dict:
     chain = powder_chain.Chain(
         plan, folder, folder / ".store", sizes, workers=arguments.workers, decisions_from=arguments.quick
     )
+    if arguments.few:
+        decision = powder_path.calibrate(chain)
+        print(powder_report.text_of_path(plan, decision))
+        return powder_report.path_answer(decision)
     decisions = chain.run(stages)
     print(powder_report.write(chain, decisions))
     return powder_report.answer(decisions)
