@@ -12,6 +12,7 @@ import pytest
 
 from pellet_study import campaign, dispatch, rigs, yade
 from pellet_study.errors import InputError, SimulationError
+from tests.listening import listening
 
 FAULTS = Path(__file__).parent / "fault_rigs"
 NONE, ABORT, HANG, NAN, EXCEPTION, REFUSED, EXIT, QUIET, EMPTY, TYPO = range(10)
@@ -59,16 +60,16 @@ def test_stored_cases_start_no_yade(tmp_path, monkeypatch):
 
 def test_a_failing_case_is_recorded_and_its_neighbours_are_not_lost(tmp_path):
     faults = [NONE, ABORT, NONE, NAN, EXCEPTION, REFUSED, EXIT, HANG, NONE, QUIET, EMPTY, TYPO]
-    rows = dispatch.run([faulty(k, fault) for k, fault in enumerate(faults)], tmp_path)
+    rows = dispatch.run([faulty(k, fault) for k, fault in enumerate(faults)], tmp_path, time_limit_s=15)
     assert list(rows.loc[rows["status"] == "ok", "answer"]) == [0, 6, 24]
     failed = {fault: status for fault, status in zip(faults, rows["status"], strict=True) if fault != NONE}
     assert failed[ABORT] == "crashed YADE (SIGABRT): these are the last words"
-    assert failed[HANG] == "took longer than its time limit of 2 s"
+    assert failed[HANG] == "took longer than its time limit of 15 s"
     assert failed[NAN] == "not a number: answer"
     assert failed[EXCEPTION] == "ZeroDivisionError: an exception in the rig"
     assert failed[REFUSED] == "the rig's own check refused it"
     assert failed[EXIT].startswith("crashed YADE (exit status 3)")
-    assert failed[QUIET].startswith(("crashed YADE (exit status 0)", "took longer"))  # a busy machine ends it slowly
+    assert failed[QUIET].startswith("crashed YADE (exit status 0)")
     assert failed[EMPTY] == "failed without a reason"
     assert failed[TYPO] == "ValueError: simulate returned ['answr'], expected ['answer']"
     assert rows.loc[rows["status"] != "ok", "answer"].isna().all()
@@ -146,24 +147,6 @@ def test_torn_and_foreign_lines_in_the_store_are_computed_again(tmp_path):
     pd.testing.assert_frame_equal(first, dispatch.run(cases, tmp_path))
     table.write_bytes(b"\x00\xff not a table \x00\n")
     pd.testing.assert_frame_equal(first, dispatch.run(cases, tmp_path))
-
-
-def listening(pids: set[str]) -> list[str]:
-    """Listening TCP sockets of processes, seen from outside: /proc/PID/fd against /proc/net/tcp."""
-    inodes = set()
-    for pid in pids:
-        try:
-            links = [os.readlink(f"/proc/{pid}/fd/{fd}") for fd in os.listdir(f"/proc/{pid}/fd")]
-        except OSError:
-            continue
-        inodes |= {link[8:-1] for link in links if link.startswith("socket:[")}
-    found = []
-    for table in ("/proc/net/tcp", "/proc/net/tcp6"):
-        for line in Path(table).read_text().splitlines()[1:]:
-            cells = line.split()
-            if cells[3] == "0A" and cells[9] in inodes:
-                found.append(cells[1])
-    return found
 
 
 def watch_ports(process: subprocess.Popen, mark: Path) -> tuple[list[str], int]:

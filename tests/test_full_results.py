@@ -16,7 +16,7 @@ FULL = Path(__file__).parent.parent / "results" / "full"
 if not (FULL / "runs.csv").exists():
     pytest.skip("no heap of results/full is committed yet", allow_module_level=True)
 RUNS = pd.read_csv(FULL / "runs.csv", dtype=str)
-NUMBERS = [*SYMBOLS, "seed", "repose_angle_deg", "box"]
+NUMBERS = [name for name in (*SYMBOLS, "seed", "repose_angle_deg", "box") if name in RUNS]
 RUNS[NUMBERS] = RUNS[NUMBERS].map(float)  # to the last digit
 VERSION = "2023.02a"  # of the YADE that made them
 

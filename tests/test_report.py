@@ -131,19 +131,9 @@ def test_in_a_browser(refined, bench, tmp_path):
                     assert image["lightest"] - image["darkest"] > 60, image["alt"]
 
 
-REPOSE = """
-RIG = {"name": "repose", "parameters": {}, "conditions": {}, "observables": {"repose_angle_deg": "of the heap"}}
-
-
-def predict(parameters, conditions, effects):
-    raise NotImplementedError("a page simulates nothing")
-"""
-
-
 def chain_folder(study: Path) -> Path:
     """The source paper's own tables in the files `calibrate` writes, in place of simulated heaps."""
-    (study / "rigs").mkdir(parents=True)
-    (study / "rigs" / "repose.py").write_text(REPOSE)
+    study.mkdir()
     (study / "study.toml").write_text('title = "Powder"\n')
     (study / "measurements.csv").write_text("rig,observable,value,sd,n\nrepose,repose_angle_deg,41.69,0.79,3\n")
     ranges = designs.screening_factors()
