@@ -3,6 +3,7 @@ PYTHON ?= python3
 SUDO := $(shell [ "$$(id -u)" = 0 ] || echo sudo)
 BIN := .venv/bin
 HIDDEN := results/quick/loaded_seeds
+POWDER := results/quick/powder
 APT_INSTALL := $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends
 
 .PHONY: study test install yade browser api results
@@ -12,13 +13,15 @@ study: install yade
 	@test -d $(HIDDEN) || { mkdir -p $(HIDDEN) && cp results/loaded_seeds/study.toml results/loaded_seeds/measurements.csv $(HIDDEN); }
 	$(BIN)/pellet-study refine $(HIDDEN)
 	$(BIN)/pellet-study report $(HIDDEN)
+	$(BIN)/pellet-study calibrate results/full --quick results/full --results $(POWDER)
 	$(BIN)/pellet-study report results/quick
 
 test: install yade browser
 	$(BIN)/python -m pytest
 
-# remakes the committed results in full; resumable, about an hour on two cores
+# remakes the committed results in full; resumable, some hours on two cores
 results: install yade
+	$(BIN)/pellet-study calibrate results/full
 	$(BIN)/pellet-study doctor --results results/checks
 	$(BIN)/pellet-study bench results/bench --effort 4
 	$(BIN)/pellet-study audit --results results/paper

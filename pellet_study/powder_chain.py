@@ -583,8 +583,12 @@ def summary(stage: str, decision: Mapping) -> str:
         point = ", ".join(f"{k} {decision['point'][k]:.3f}" for k in decision["factors"])
         return f"{point}; Bond number {decision['bond_number']:.2f}; {100 * decision['fraction_of_box']:.0f} % of the box would do"
     low, high = decision["error_interval_percent"]
+    if decision["standard_error_deg"] <= FULL.wanted_error:
+        error = f"error {decision['error_percent']:.2f} % (95 % {low:+.2f} to {high:+.2f} %)"
+    else:  # no error smaller than these heaps can know
+        error = f"error at most {max(abs(low), abs(high)):.1f} % (95 %)"
     return (
         f"{decision['mean_deg']:.2f} +- {decision['standard_error_deg']:.2f} deg over {decision['heaps']} heaps, measured "
-        f"{decision['measured_deg']:g}: error {decision['error_percent']:.2f} % (95 % {low:+.2f} to {high:+.2f} %); "
-        f"{'equivalent' if decision['equivalent'] else 'not shown equivalent'} within {decision['margin_deg']:g} deg"
+        f"{decision['measured_deg']:g}: {error}; {'equivalent' if decision['equivalent'] else 'not shown equivalent'} "
+        f"within {decision['margin_deg']:g} deg"
     )
