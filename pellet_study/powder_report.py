@@ -1,13 +1,14 @@
 """What `calibrate` found, as figures, text and JSON."""
 
+import json
 from pathlib import Path
 
 import pandas as pd
 
-from pellet_study import powder_stages, render
+from pellet_study import powder_stages, render, rigs
 from pellet_study.doe import figures
 from pellet_study.doe.answers import plain
-from pellet_study.powder_chain import STAGES, Chain, Plan, summary
+from pellet_study.powder_chain import RIG, STAGES, Chain, Plan, summary
 
 NAMES = {
     "A": "restitution powder-powder",
@@ -73,6 +74,10 @@ def write(chain: Chain, decisions: dict[str, dict]) -> str:
     if chain.grains.exists():
         draw_heap(chain.grains, chain.folder / "figures")
     text = text_of(chain, decisions)
+    both = laws(chain)
+    if both is not None:
+        both.to_csv(chain.folder / "laws.csv", index=False, lineterminator="\n")
+        text += "\n\nboth contact laws, effects in deg:\n" + both.to_string(index=False, na_rep="")
     (chain.folder / "summary.txt").write_text(text + "\n", encoding="utf-8")
     return text + f"\n\nresults in {chain.folder}"
 
@@ -114,6 +119,32 @@ def text_of(chain: Chain, decisions: dict[str, dict]) -> str:
         words = [", ".join(f"{k} {low:g} to {high:g}" for k, (low, high) in box.items()) for box in boxes]
         lines += ["", f"box{'es, in order' if len(boxes) > 1 else ''}: " + "; ".join(words)]
     return "\n".join(lines)
+
+
+def laws(chain: Chain) -> pd.DataFrame | None:
+    """The answers of both contact laws side by side; None where the other's results are not in FOLDER/LAW.
+
+    Returns
+    -------
+    A row a factor: effect and standard error of each law and the paper's effect (deg), then each law's setting that
+    meets the target, and whether an effect is beyond two standard errors.
+    """
+    other = next(law for law in rigs.rig(RIG).contact_laws if law != chain.plan.contact_law)
+    folders = {chain.plan.contact_law: chain.folder, other: chain.folder / other}
+    if not all((folder / "screening" / "effects.csv").exists() for folder in folders.values()):
+        return None
+    table = pd.DataFrame({"factor": list(NAMES)})
+    for law, folder in folders.items():
+        effects = pd.read_csv(folder / "screening" / "effects.csv").set_index("factor").loc[table["factor"]]
+        table[f"{law}_effect"] = effects["effect_deg"].round(2).to_numpy()
+        table[f"{law}_error"] = effects["standard_error_deg"].round(2).to_numpy()
+        table[f"{law}_sign"] = effects["sign"].to_numpy()
+        chosen = folder / "optimum" / "decision.json"
+        if chosen.exists():
+            point = json.loads(chosen.read_text(encoding="utf-8"))["point"]
+            table[f"{law}_optimum"] = [round(point[name], 4) for name in table["factor"]]
+    table["paper_effect"] = effects["paper_effect_deg"].to_numpy()
+    return table
 
 
 def draw_heap(grains: Path, folder: Path) -> None:

@@ -200,3 +200,19 @@ def test_few_heaps_find_the_setting_within_their_error(powder, monkeypatch, caps
 def test_few_heaps_say_where_the_path_ends(powder, monkeypatch):
     found = powder_path.calibrate(chain_of(powder, Formula(level=5.0), monkeypatch))
     assert not found["met"] and found["predicted_deg"] < 41.69 - 5
+
+
+def test_both_laws_stand_side_by_side(powder, monkeypatch, capsys):
+    monkeypatch.setattr(powder_chain, "dispatch", Formula())
+    other = str(powder / "hertz_mindlin")
+    assert (
+        main(["calibrate", str(powder), "--contact-law", "hertz_mindlin", "--results", other, "--until", "optimum"])
+        == 0
+    )
+    assert not (powder / "laws.csv").exists()
+    assert main(["calibrate", str(powder)]) == 0
+    table = pd.read_csv(powder / "laws.csv").set_index("factor")
+    assert table.loc["A", "cohesive_frictional_sign"] == "not represented"
+    assert table.loc["A", "hertz_mindlin_sign"] == "not clear"  # the stub has no restitution
+    assert table.loc["C", "hertz_mindlin_effect"] == table.loc["C", "cohesive_frictional_effect"]
+    assert "both contact laws" in capsys.readouterr().out
