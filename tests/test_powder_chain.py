@@ -216,3 +216,19 @@ def test_both_laws_stand_side_by_side(powder, monkeypatch, capsys):
     assert table.loc["A", "hertz_mindlin_sign"] == "not clear"  # the stub has no restitution
     assert table.loc["C", "hertz_mindlin_effect"] == table.loc["C", "cohesive_frictional_effect"]
     assert "both contact laws" in capsys.readouterr().out
+
+
+def test_a_setting_that_misses_is_corrected_and_validated_with_other_seeds(powder, monkeypatch):
+    stub = Formula()
+    chain = chain_of(powder, stub, monkeypatch)
+    chain.run(powder_chain.STAGES[:4])
+    file = powder / "optimum" / "decision.json"
+    decision = json.loads(file.read_text())
+    decision["point"]["G"] += 0.04  # 1.5 deg too much
+    file.write_text(json.dumps(decision))
+    found = chain.run(["validation"])["validation"]
+    first, second = found["attempts"]
+    assert not first["equivalent"] and found["equivalent"]
+    assert second["mean_deg"] == found["mean_deg"] == pytest.approx(41.69, abs=0.6)
+    runs = pd.read_csv(powder / "validation" / "runs.csv")
+    assert len(runs) == first["heaps"] + second["heaps"] and runs["seed"].is_unique
