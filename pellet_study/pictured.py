@@ -35,9 +35,9 @@ def particles(study: Study, folder: Path) -> list[dict]:
             raise InputError(f"{file}: {error}") from None
         found.append(
             rendering(
-                render.picture(centres, radii, width=1000),
+                render.picture(*render.without_strays(centres, radii), width=1000),
                 f"a heap of {len(radii)} grains",
-                f"A heap as simulated: {len(radii)} grains ({file.name}).",
+                f"A heap as simulated: {len(radii)} grains ({file.name}), the few that rolled far away not shown.",
             )
         )
         found.append(

@@ -153,5 +153,5 @@ def draw_heap(grains: Path, folder: Path) -> None:
 
     centres, radii = render.read_grains(grains)
     folder.mkdir(parents=True, exist_ok=True)
-    imsave(folder / "heap.png", render.picture(centres, radii, width=1000))
+    imsave(folder / "heap.png", render.picture(*render.without_strays(centres, radii), width=1000))
     figures.save({"heap_profile": render.profile(centres, radii)}, folder)

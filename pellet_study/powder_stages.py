@@ -214,8 +214,15 @@ def _surface(folder: Path, measured) -> dict:
 
 
 def _validation(folder: Path, measured) -> dict:
-    good, words = _good(folder, "validation")
     d = _decision(folder, "validation")
+    attempts = d.get("attempts", [d])
+    good, words = _good(folder, "validation")
+    if len(attempts) > 1:
+        good = good[good["attempt"] == good["attempt"].max()]
+        words = (
+            f"{words} The first setting gave {attempts[0]['mean_deg']:.2f} ± {attempts[0]['standard_error_deg']:.2f} deg and was "
+            f"corrected; the {attempts[-1]['heaps']} heaps with other seeds at the corrected one count."
+        )
     low, high = d["error_interval_percent"]
     return {
         "heading": "Powder: validation",

@@ -38,6 +38,13 @@ def read_grains(file: Path) -> tuple[np.ndarray, np.ndarray]:
     return grains[:, :3], grains[:, 3]
 
 
+def without_strays(centres, radii):
+    """The grains of a heap without the few that rolled far from it: those within 1.3 times the distance of 96 % of them."""
+    distance = np.hypot(*(centres[:, :2] - np.median(centres[:, :2], axis=0)).T)
+    near = distance <= 1.3 * np.quantile(distance, 0.96)
+    return centres[near], radii[near]
+
+
 def picture(
     centres, radii, *, width: int = 900, azimuth_deg: float = 30.0, elevation_deg: float = 12.0,
     colour=GRAIN, plate: float | None = 0.0, vary: float = 0.07, margin: float = 0.06,
@@ -154,7 +161,9 @@ def profile(centres, radii):
     """A heap's outline from one side with the lines through both flanks, as the source paper's Figures 9 and 10."""
     x, height = heap.silhouette(centres, radii, 0.0)
     flanks = heap.fit_flanks(x, height)
-    figure, axes = look.new_axes(6.0, 3.4)
+    shown, sizes = without_strays(centres, radii)
+    ends = 1e3 * np.array([(shown[:, 0] - sizes).min(), (shown[:, 0] + sizes).max()])
+    figure, axes = look.new_axes(6.0, 1.4 + 5.2 * 1.1e3 * height.max() / np.ptp(ends))
     axes.fill_between(1e3 * x, 1e3 * height, color=look.BAND)
     axes.plot(1e3 * x, 1e3 * height, color="black", linewidth=1, label="outline of the grains")
     for flank, side, colour, dash in zip(
@@ -165,6 +174,7 @@ def profile(centres, radii):
         axes.plot(
             1e3 * along, 1e3 * (flank.height_at_0 + flank.slope * along), dash, color=colour, linewidth=2.5, label=label
         )
+    axes.set_xlim(*ends)
     axes.set_aspect("equal")
     axes.set_xlabel("place (mm)")
     axes.set_ylabel("height above the plate (mm)")
