@@ -2,7 +2,7 @@
 
     .venv/bin/python benchmarks/half_runs.py [--workers 1]
 
-Heaps of 10 g (601 grains, cheap). The targets are angles; for each the chain runs with the paper's designs (12 + 5, 6 and 17
+Heaps of 8 g (481 grains, cheap), 40 mm below the outlet. The targets are angles; for each the chain runs with the paper's designs (12 + 5, 6 and 17
 heaps, a heap a point) until the mean at its optimum has a standard error of 0.3 deg, and `calibrate --few` until its line
 has. Then CHECKS heaps at the setting that --few found, with seeds of their own, say what its angle is; they belong to
 neither. The cost of a heap is its number of time steps, in cpu seconds by one heap that is timed. Stored: resumable.
@@ -24,10 +24,10 @@ from yade_scripts.powder_scene import damper_share
 
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / "results" / "checks"
-MASS_G = 10.0
+MASS_G, HEIGHT_MM = 8.0, 40.0
 TARGETS = (38.0, 39.5, 41.0, 42.5, 44.0)
 SIZES = powder_chain.Sizes(repeats=1, centre_points=5, fewest=8, most=60, wanted_error=0.3)
-CHECKS = 16
+CHECKS = 12
 
 
 def steps(runs: pd.DataFrame, store: Path) -> float:
@@ -54,7 +54,7 @@ def main() -> None:
     parser.add_argument("--workers", type=int)
     workers = parser.parse_args().workers
     plan = powder_chain.plan_of(study.load(ROOT / "results" / "full"))
-    plan = replace(plan, conditions={"powder_mass_g": MASS_G})
+    plan = replace(plan, conditions={"powder_mass_g": MASS_G, "outlet_height_mm": HEIGHT_MM})
     rate = cpu_of_a_step(plan)
     rows = []
     for target in TARGETS:
