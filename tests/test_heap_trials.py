@@ -3,10 +3,13 @@
 from pathlib import Path
 
 import numpy as np
+import pytest
 
 from pellet_study import rigs
 from pellet_study.challenge import sealed
 from pellet_study.challenge.heaps import HEAPS
+from pellet_study.model import Model
+from pellet_study.simulated import Simulated
 from pellet_study.study import load
 
 RESULTS = Path(__file__).resolve().parents[1] / "results" / "hidden_heaps"
@@ -37,4 +40,25 @@ def test_truths_use_seeds_and_numerics_that_the_model_does_not():
     assert (
         default["stiffness_scale"] == 1e-3
         and default["time_step_fraction"] > cases[0]["numerics"]["time_step_fraction"]
+    )
+
+
+def test_a_surface_of_heaps_knows_cohesion_by_its_surface_energy(tmp_path):
+    """Friction known, one condition, heaps of 133 grains: the surface against heaps of other seeds at one of its points."""
+    (tmp_path / "study.toml").write_text(
+        'effort = 0.5\ncandidates = ["cohesion"]\n[parameters]\npowder_static_friction = 0.8\n', encoding="utf-8"
+    )
+    header = "rig,observable,value,sd,n,particle_diameter_um,amplification,powder_mass_g,outlet_height_mm"
+    (tmp_path / "measurements.csv").write_text(
+        f"{header},powder_steel_rolling_friction\nrepose,repose_angle_deg,20,1,4,420,11.9,16,30,0.3\n", encoding="utf-8"
+    )
+    study = load(tmp_path)
+    model = Model(study, engines={"repose": Simulated(study, tmp_path / ".store", workers=1, quiet=True)})
+    sticky = model.base.copy()
+    sticky[model.column["cohesion.surface_energy_j_m2"]] = 0.4
+    found, direct = model.predict(np.array([model.base, sticky])), model.directly(sticky)
+    error = np.sqrt(found.variance[:, 0])
+    assert found.mean[1, 0] - found.mean[0, 0] > 3 * error[1]
+    assert direct.mean[0, 0] == pytest.approx(
+        found.mean[1, 0], abs=3 * np.hypot(error[1], direct.variance[0, 0] ** 0.5)
     )
