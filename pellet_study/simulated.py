@@ -28,7 +28,7 @@ from pellet_study.response import (
     quadratic,
     spread,
 )
-from pellet_study.study import Study
+from pellet_study.study import SCALINGS, Study
 
 BASE = 2.4  # points a term of the base surface
 EFFECT = {1: 5, 2: 8}  # points of an effect's surface, by the sides it may take
@@ -82,6 +82,7 @@ class Simulated:
             for name, rig in study.catalogue.rigs.items()
             if rig.predict is None
         }
+        self.numerics = {"surface_energy_exponent": SCALINGS[study.surface_energy_scaling]}
         self.ranges = {name: Factor(s.low, s.high) for name, s in study.parameters.items() if s.free}
         self.warnings: list[str] = []
         self.dead: dict[Site, str] = {}  # cases most of whose simulations failed, and why; predicted as NaN
@@ -284,6 +285,7 @@ class Simulated:
                 parameters={**dict(site.fixed), **factors},
                 conditions=dict(site.conditions),
                 effects=effects,
+                numerics={k: v for k, v in self.numerics.items() if k in rigs.rig(site.rig).numerics},
             )
             text = json.dumps([case, seeds, rigs.rig(site.rig).fingerprint, yade.version()], sort_keys=True)
             key = (hashlib.sha256(text.encode()).hexdigest()[:20], site.observable)

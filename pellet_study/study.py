@@ -6,7 +6,7 @@ import math
 import os
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -31,7 +31,7 @@ KEYS = (
 LARGEST = 1_000_000  # bytes
 CONTACT_LAWS = ("hertz_mindlin", "cohesive_frictional")
 EFFORT = (0.5, 100.0)  # simulations of the rigs on YADE, as a multiple of the least that answers
-SCALINGS = ("bond_number", "none")
+SCALINGS = {"bond_number": 2.0, "none": 0.0}  # exponent of the amplification in the surface energy
 BELONGS_TO = {
     "powder_rolling_friction": "rolling_resistance",
     "powder_steel_rolling_friction": "rolling_resistance",
@@ -134,7 +134,7 @@ def load(folder: Path) -> Study:
         candidates=_candidates(file, given.get("candidates"), catalogue),
         possible=possible,
         contact_law=law,
-        surface_energy_scaling=_choice(file, given, "surface_energy_scaling", SCALINGS) or SCALINGS[0],
+        surface_energy_scaling=_choice(file, given, "surface_energy_scaling", SCALINGS) or "bond_number",
         effort=_setting(f"{file}: effort", given.get("effort", 1.0), EFFORT).value,
         folder=folder,
     )
@@ -198,7 +198,7 @@ def _text(file: Path, given: dict, key: str, default: str) -> str:
     return value
 
 
-def _choice(file: Path, given: dict, key: str, accepted: tuple[str, ...]) -> str | None:
+def _choice(file: Path, given: dict, key: str, accepted: Iterable[str]) -> str | None:
     value = given.get(key)
     if value is not None and value not in accepted:
         raise InputError(f"{file}: {key} {value!r} is unknown{nearest(value, accepted)}")

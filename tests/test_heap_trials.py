@@ -3,9 +3,10 @@
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
-from pellet_study import rigs
+from pellet_study import dispatch, rigs
 from pellet_study.challenge import sealed
 from pellet_study.challenge.heaps import HEAPS
 from pellet_study.model import Model
@@ -41,6 +42,24 @@ def test_truths_use_seeds_and_numerics_that_the_model_does_not():
         default["stiffness_scale"] == 1e-3
         and default["time_step_fraction"] > cases[0]["numerics"]["time_step_fraction"]
     )
+
+
+@pytest.mark.parametrize(("words", "exponent"), [("", 2.0), ('surface_energy_scaling = "none"', 0.0)])
+def test_the_scaling_of_the_surface_energy_reaches_the_simulations(tmp_path, monkeypatch, words, exponent):
+    """A stub in place of the simulator keeps the cases it is asked for."""
+    asked = []
+
+    def run(cases, store, **_):
+        asked.extend(cases)
+        return pd.DataFrame({"repose_angle_deg": np.linspace(20.0, 30.0, len(cases)), "status": "ok"})
+
+    monkeypatch.setattr(dispatch, "run", run)
+    (tmp_path / "study.toml").write_text(words, encoding="utf-8")
+    (tmp_path / "measurements.csv").write_text("rig,observable,value\nrepose,repose_angle_deg,25\n", encoding="utf-8")
+    (tmp_path / ".store").mkdir()
+    model = Model(load(tmp_path))
+    model.predict(model.base)
+    assert {case["numerics"]["surface_energy_exponent"] for case in asked} == {exponent}
 
 
 def test_a_surface_of_heaps_knows_cohesion_by_its_surface_energy(tmp_path):

@@ -29,7 +29,7 @@ HEAPS = Demonstration(
     known={"powder_steel_rolling_friction": 0.3},
     held_out=frozenset({2}),
     candidates=("cohesion", "rolling_resistance", "liquid_bridges", "size_spread", "wall_friction", "air_drag"),
-    hides=("cohesion", "rolling_resistance", "wall_friction", "liquid_bridges"),
+    hides=("cohesion", "rolling_resistance", "cohesion", "liquid_bridges"),
     same={"liquid_bridges": "cohesion"},
     effort=0.6,
 )
