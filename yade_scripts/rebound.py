@@ -65,7 +65,7 @@ RIG = {
 
 STEPS_BETWEEN_LOOKS = 30
 MOST_STEPS = 2_000_000
-FLIGHT_STEPS = 200  # of a flight that is solved as an equation of motion
+FLIGHT_STEPS = 20  # Runge-Kutta steps of a flight that is solved as an equation of motion
 
 
 def simulate(case: dict) -> dict:
@@ -146,18 +146,20 @@ def speed_after_fall(scene: SeedScene, fall: float) -> float:
 def apex_of_flight(scene: SeedScene, down, upward: float) -> tuple[float, float]:
     """Rise (m) from here to the apex of the flight, and the height over the plate gained meanwhile (m).
 
-    The equation of motion under gravity and the effects' force, by midpoint steps, the last of them shortened.
+    The equation of motion under gravity and the effects' force, by Runge-Kutta steps, the last of them shortened.
     """
     velocity, place = np.array(scene.state.vel), np.zeros(3)
     gravity = GRAVITY * np.array(down)
 
     def acceleration(v):
-        return gravity + np.array(scene.force(tuple(v))) / scene.mass
+        return gravity + np.array(scene.force(v.tolist())) / scene.mass
 
     step = max(upward, 0.0) / GRAVITY / FLIGHT_STEPS
     for _ in range(FLIGHT_STEPS):
-        braking = acceleration(velocity) @ down
-        h = min(step, max(0.0, -(velocity @ down) / braking))
-        middle = velocity + 0.5 * h * acceleration(velocity)
-        place, velocity = place + h * middle, velocity + h * acceleration(middle)
+        first = acceleration(velocity)
+        h = min(step, max(0.0, -(velocity @ down) / (first @ down)))
+        second = acceleration(velocity + 0.5 * h * first)
+        third = acceleration(velocity + 0.5 * h * second)
+        place = place + h * (velocity + h / 6 * (first + second + third))
+        velocity = velocity + h / 6 * (first + 2 * second + 2 * third + acceleration(velocity + h * third))
     return float(-(place @ down)), float(place[2])

@@ -1,6 +1,6 @@
 """One seed and its plate: what the three bench rigs share."""
 
-from math import isfinite
+from math import isfinite, sqrt
 
 import numpy as np
 
@@ -94,10 +94,14 @@ class SeedScene:
         self.reach = float(
             (np.linalg.norm(centres, axis=1) + self.radii).max()
         )  # no part of the seed is farther from its centre
+        arms = [np.sum(c**2) * np.eye(3) - np.outer(c, c) for c in centres]  # |w x c|^2 = w arm w
+        share = max(np.linalg.eigvalsh(self.mass * arm / np.sqrt(np.outer(inertia, inertia)))[-1] for arm in arms)
+        self._fastest_member = sqrt(1 + share)  # times sqrt(2 energy/mass): no member's centre is faster
         self.points = centres @ rotation.T
         self.rotation = rotation
         self.time_step = numerics["time_step_fraction"] * contacts.rayleigh_step(float(self.radii.min()), seed)
-        if case["contact_law"] == "hertz_mindlin":  # a strong damper asks for shorter steps
+        self._adhesive = case["contact_law"] == "hertz_mindlin"  # its contacts know their adhesion
+        if self._adhesive:  # a strong damper asks for shorter steps
             self.time_step *= min(
                 1.0,
                 contacts.damping_ratio(REFERENCE_RESTITUTION) / contacts.damping_ratio(self.restitution(fastest)),
@@ -119,14 +123,14 @@ class SeedScene:
             utils.sphere(tuple(point + position), radius, material=self.contacts.particle, color=(1, 1, 1))
             for point, radius in zip(self.points, self.radii, strict=True)
         ]
-        self.clump, members = O.bodies.appendClumped(spheres, discretization=0)
+        self.clump, self.members = O.bodies.appendClumped(spheres, discretization=0)
         self.state = O.bodies[self.clump].state
         self.local = self.points @ np.array(self.state.ori.toRotationMatrix())  # members in YADE's body axes
         self.plates = []
         axes = np.array(self.state.ori.toRotationMatrix()).T @ self.rotation
         self.state.inertia = tuple(axes**2 @ self.inertia)  # along YADE's axes, a permutation of the seed's
         self.state.mass = self.mass
-        for member in members:
+        for member in self.members:
             O.bodies[member].state.mass = self.mass  # contact damping reads the member's mass
 
     def plate(self, centre, half_size, orientation=None) -> None:
@@ -135,8 +139,7 @@ class SeedScene:
 
         turn = orientation or Quaternion((1, 0, 0), 0)
         normal = turn * Vector3(0, 0, 1)
-        self.plates.append((normal, normal.dot(Vector3(*centre)) + half_size[2]))
-        O.bodies.append(
+        plate = O.bodies.append(
             utils.box(
                 tuple(centre),
                 tuple(half_size),
@@ -146,6 +149,7 @@ class SeedScene:
                 color=(1, 1, 1),
             )
         )
+        self.plates.append((plate, normal, normal.dot(Vector3(*centre)) + half_size[2]))
 
     def start(self, gravity, damp_gravity: bool = True) -> None:
         """Set up the engines; the next O.step() moves the seed."""
@@ -175,6 +179,9 @@ class SeedScene:
         ]
         O.dt = self.time_step
         self.step = O.step
+        self._touching: list[tuple] = []  # (contact, its physics, its geometry), while they last
+        self._known_interactions = 0
+        self._out_of_reach = 0  # steps in which no member can come to a plate it does not touch
         places = ("contact", "restitution", "tangential_stiffness", "friction", "rolling")
         self._at_contacts = any(place in self.effects for place in places)
         if self._at_contacts or "force" in self.effects:
@@ -202,95 +209,130 @@ class SeedScene:
         if not self._at_contacts:
             O.step()
             return
-        motion = state.pos, state.vel, state.angVel
         if "restitution" in effects:  # for the first step of a contact, in which only its functor can be told
-            self.contacts.physics[0].betan.val = contacts.damping_ratio(self.restitution(self._approach()))
+            if self._out_of_reach > 0:
+                self._out_of_reach -= 1
+            else:
+                self.contacts.physics[0].betan.val = contacts.damping_ratio(self.restitution(self._approach()))
+        motion = state.pos, state.vel, state.angVel
         O.step()
-        touching = list(O.interactions)
-        for contact in touching:
-            if contact.iterMadeReal == O.iter - 1:
-                self._new_contact(contact, *motion)
-        if ("friction" in effects or "contact" in effects) and touching:
-            self._limit_friction(touching)
-        if "contact" in effects and self.pair.rolling_friction > 0:
-            self._limit_rolling(touching)
+        self._look_for_contacts(motion)
+        touching = self._touching
+        if not touching and "rolling" not in effects:
+            return
+        if "contact" in effects and self._adhesive:
+            self._limit_adhesive(touching)
+        elif "friction" in effects:
+            mu = self._friction(touching)
+            for _, phys, _ in touching:
+                phys.tangensOfFrictionAngle = mu
         if "rolling" in effects:
             O.forces.setPermT(self.clump, self._rolling_moment(touching))
 
+    def _look_for_contacts(self, motion) -> None:
+        """Note the contacts where they have changed; new ones begin with the motion before the step."""
+        from yade import O
+
+        known, touching = O.interactions, self._touching
+        if known.countReal() == len(touching) and len(known) == self._known_interactions:
+            for contact, _, _ in touching:
+                if not contact.isReal:
+                    break
+            else:
+                return
+        self._touching = [(contact, contact.phys, contact.geom) for contact in known]
+        self._known_interactions, self._out_of_reach = len(known), 0
+        for contact, phys, geom in self._touching:
+            if contact.iterMadeReal == O.iter - 1:
+                self._new_contact(phys, geom, *motion)
+
     def _approach(self) -> float:
-        """Normal approach speed (m/s) of the point of the seed nearest to a plate."""
-        from yade import Vector3
+        """Normal approach speed (m/s) of the point of the seed nearest to a plate.
+
+        Notes for how many steps no member can come to a plate it does not touch, whatever the contacts do meanwhile:
+        none is faster than all the energy could make it.
+        """
+        from yade import O, Vector3
 
         state = self.state
-        toward, nearest, speed = state.ori.conjugate(), np.inf, 0.0
-        for normal, level in self.plates:
+        touched = {(contact.id1, contact.id2) for contact, _, _ in self._touching}
+        toward, nearest, speed, away = state.ori.conjugate(), np.inf, 0.0, np.inf
+        for plate, normal, level in self.plates:
             across = np.array(toward * normal)
             heights = self.local @ across - self.radii
             lowest = int(heights.argmin())
-            gap = state.pos.dot(normal) - level + heights[lowest]
+            above = state.pos.dot(normal) - level
+            gap = above + heights[lowest]
             if gap < nearest:
                 arm = state.ori * Vector3(*(self.local[lowest] - self.radii[lowest] * across))
                 nearest, speed = gap, abs((state.vel + state.angVel.cross(arm)).dot(normal))
+            for member, height in zip(self.members, heights, strict=True):
+                if (plate, member) not in touched and (member, plate) not in touched:
+                    away = min(away, above + height)
+        energy = self.kinetic_energy() + 3 * max(0.0, self.elastic_energy()) + GRAVITY * self.reach
+        self._out_of_reach = max(0, int(away / (self._fastest_member * sqrt(2 * energy) * O.dt)) - 1)
         return speed
 
-    def _limit_friction(self, touching) -> None:
-        """Coulomb's limit mu (Fn + Fa) at each contact, mu by the seed's whole normal load, Fa the adhesion.
-
-        YADE's Mindlin law takes mu (|Fn| + Fa), which is too much at a contact in tension, Fn < 0.
-        """
+    def _friction(self, touching) -> float:
+        """Static friction, by the seed's whole normal load where it depends on it."""
         mu = self.pair.static_friction
-        if "friction" in self.effects:
-            mu = self.effects.at("friction", mu, sum(contact.phys.normalForce.norm() for contact in touching))
-        for contact in touching:
-            phys, share = contact.phys, 1.0
-            if hasattr(phys, "adhesionForce"):
-                normal, adhesion = phys.normalForce.dot(contact.geom.normal), phys.adhesionForce
-                if normal < 0:
-                    share = max(0.0, adhesion + normal) / (adhesion - normal)
-            phys.tangensOfFrictionAngle = mu * share
+        if "friction" not in self.effects:
+            return mu
+        return self.effects.at("friction", mu, sum([phys.normalForce.norm() for _, phys, _ in touching]))
 
-    def _limit_rolling(self, touching) -> None:
-        """Limit mu_r R (Fn + Fa) of the rolling moment at each contact, Fa the adhesion.
+    def _limit_adhesive(self, touching) -> None:
+        """Limits mu (Fn + Fa) of sliding and mu_r R (Fn + Fa) of rolling at each contact, Fa the adhesion.
 
-        YADE's Mindlin law takes maxBendPl |Fn|. Where |Fn| is small against Fa it changes much within a step, so that
-        the limit of the step before does not serve: there it is held.
+        YADE's Mindlin law takes mu (|Fn| + Fa), which is too much at a contact in tension, Fn < 0, and a rolling moment
+        maxBendPl |Fn|. Where |Fn| is small against Fa it changes much within a step, so that the limit of the step before
+        does not serve: there it is held.
         """
-        for contact in touching:
-            phys = contact.phys
-            if hasattr(phys, "adhesionForce"):
-                normal, adhesion = phys.normalForce.dot(contact.geom.normal), phys.adhesionForce
-                share = max(0.0, normal + adhesion) / max(abs(normal), 0.05 * adhesion)
-                phys.maxBendPl = self.pair.rolling_friction * self.rest_height * share
+        mu, rolling = self._friction(touching), self.pair.rolling_friction * self.rest_height
+        for _, phys, geom in touching:
+            normal, adhesion = phys.normalForce.dot(geom.normal), phys.adhesionForce
+            if normal < 0:
+                phys.tangensOfFrictionAngle = mu * (max(0.0, adhesion + normal) / (adhesion - normal))
+            else:
+                phys.tangensOfFrictionAngle = mu
+            if rolling > 0:
+                phys.maxBendPl = rolling * (max(0.0, normal + adhesion) / max(abs(normal), 0.05 * adhesion))
 
-    def _new_contact(self, contact, position, velocity, spin) -> None:
+    def _new_contact(self, phys, geom, position, velocity, spin) -> None:
         """Damping by the approach speed at the touch, and tangential stiffness; both stay for the contact's life."""
         if "restitution" in self.effects:
-            velocity = velocity + spin.cross(contact.geom.contactPoint - position)
-            contact.phys.betan = contacts.damping_ratio(self.restitution(abs(velocity.dot(contact.geom.normal))))
+            velocity = velocity + spin.cross(geom.contactPoint - position)
+            phys.betan = contacts.damping_ratio(self.restitution(abs(velocity.dot(geom.normal))))
         if "tangential_stiffness" in self.effects:
-            stiffness = "kso" if hasattr(contact.phys, "kso") else "ks"
+            stiffness = "kso" if self._adhesive else "ks"
             share = self.effects.at("tangential_stiffness", 1.0)
-            setattr(contact.phys, stiffness, share * getattr(contact.phys, stiffness))
+            setattr(phys, stiffness, share * getattr(phys, stiffness))
 
     def _rolling_moment(self, touching):
         """Moment on the seed (N m) of the rolling friction beyond the constant one, against the rolling."""
         from yade import Vector3
 
         moment, spin, radius = Vector3(0, 0, 0), self.state.angVel, self.rest_height
-        for contact in touching:
-            normal = contact.geom.normal
+        for _, phys, geom in touching:
+            normal = geom.normal
             rolling = spin - normal * spin.dot(normal)
             rate = rolling.norm()
             if rate > 0:
                 coefficient = self.effects.at("rolling", 0.0, rate * radius)
-                moment -= rolling * (coefficient * radius * contact.phys.normalForce.norm() / rate)
+                moment -= rolling * (coefficient * radius * phys.normalForce.norm() / rate)
         return moment
+
+    def forget_contacts(self) -> None:
+        """Let the contacts begin anew: the seed has been put elsewhere."""
+        from yade import O
+
+        O.interactions.clear()
+        self._touching = []
 
     def clearance(self) -> float:
         """Distance of the seed from the nearest plate, m."""
         toward = self.state.ori.conjugate()
         nearest = np.inf
-        for normal, level in self.plates:
+        for _, normal, level in self.plates:
             across = np.array(toward * normal)
             height = self.state.pos.dot(normal) - level
             nearest = min(nearest, height + float((self.local @ across - self.radii).min()))
@@ -310,6 +352,7 @@ class SeedScene:
         fastest += max(1e-2, GRAVITY * steps * LONGEST_FLIGHT_STEP * self.time_step)  # more than gravity adds meanwhile
         free_steps = (self.clearance() - 1e-6) / (fastest * self.time_step)
         O.dt = self.time_step * min(max(1.0, free_steps / steps), LONGEST_FLIGHT_STEP)
+        self._out_of_reach = 0  # counted in steps of another length
         step = self.step
         for _ in range(steps):
             step()
@@ -343,7 +386,7 @@ class SeedScene:
         stored = 0.0
         for contact in O.interactions:
             phys, overlap = contact.phys, max(0.0, contact.geom.penetrationDepth)
-            if hasattr(phys, "kno"):
+            if self._adhesive:
                 stored += 0.4 * phys.kno * overlap**2.5 - phys.adhesionForce * overlap
             else:
                 stored += 0.5 * phys.kn * overlap**2

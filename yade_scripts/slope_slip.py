@@ -2,8 +2,8 @@
 
 The seed lies flat, its long axis down the slope within `YAW_DEG` (drawn per seed number), free to move and turn. The
 angle is bracketed: the tilt is raised from the last angle that held to a trial angle, held there, and the seed is
-asked whether it moves; the bracket is halved until it is narrower than `bracket_deg`. The plate stays level and gravity
-is tilted, which is the same.
+asked whether it moves; the bracket, at first one round the angle that Coulomb's law gives, is halved until it is
+narrower than `bracket_deg`. The plate stays level and gravity is tilted, which is the same.
 """
 
 if __name__ == "__main__":  # by hand: yade -x -n slope_slip.py cases.json observables.csv
@@ -14,9 +14,9 @@ if __name__ == "__main__":  # by hand: yade -x -n slope_slip.py cases.json obser
     sys.argv.insert(1, os.path.abspath(sys.argv[0]))
     runpy.run_path(os.path.join(os.path.dirname(sys.argv[1]), "case.py"), run_name="__main__")
 
-from math import cos, pi, radians, sin
+from math import atan, ceil, cos, degrees, log2, pi, radians, sin
 
-from yade_scripts import particles, seed_scene
+from yade_scripts import contacts, particles, seed_scene
 from yade_scripts.acting import Effects, declared
 from yade_scripts.case import Failed, quantity
 from yade_scripts.effects import adhesion, load_dependent_friction, plate_tilt, reading_offset, seed_shape
@@ -48,7 +48,10 @@ STEEPEST_DEG = 80.0
 MOST_ADDED = 12.0  # times the seed's mass; a heavier one reads wrong by a quarter of a degree and more
 TIPPED = 5e-3  # rad
 MOST_HOLDS = 10  # to bring a seed that was laid flat again to rest
+SPAN = 8  # cells of the final width, of the bracket the search begins with
+ROUNDS = 20
 SLIDING = 1e-3  # share of the speed free of friction that tells sliding from creaking
+CREEPING, STEADY = 0.05, 0.2  # share of that speed; change within half a hold that tells creeping from dying away
 
 
 def simulate(case: dict) -> dict:
@@ -80,22 +83,24 @@ def simulate(case: dict) -> dict:
     tilt.angle_deg = 0.0
 
     def slides(angle_deg: float) -> bool:
-        """Whether the seed is moving after a hold at an angle."""
+        """Whether the seed is moving after a hold at an angle, be it that it creeps at a steady speed."""
         tilt(angle_deg, hold_steps)
-        for _ in range(hold_steps):
+        for _ in range(hold_steps // 2):
             scene.step()
-        return scene.state.vel.norm() > sliding
+        halfway = scene.state.vel.norm()
+        for _ in range(hold_steps - hold_steps // 2):
+            scene.step()
+        speed = scene.state.vel.norm()
+        return speed > sliding or (speed > CREEPING * sliding and abs(speed / halfway - 1) < STEADY)
 
     def settle(angle_deg: float) -> None:
         """Bring the seed to rest at an angle that holds it; one that has tipped over is laid flat again."""
-        from yade import O
-
         own, scene.newton.damping = scene.newton.damping, 0.5
         scene.state.vel, scene.state.angMom, scene.state.angVel = (0, 0, 0), (0, 0, 0), (0, 0, 0)
         tipped = (scene.state.ori * upright).cross(up).norm() > TIPPED
         if tipped:
             scene.state.pos, scene.state.ori = rest
-            O.interactions.clear()
+            scene.forget_contacts()
             tilt.angle_deg = angle_deg
         for _ in range(MOST_HOLDS if tipped else 1):
             tilt(angle_deg, hold_steps)
@@ -110,16 +115,38 @@ def simulate(case: dict) -> dict:
     rest = scene.state.pos, scene.state.ori
     settle(0.0)
     rest = scene.state.pos, scene.state.ori
-    holds, slips = 0.0, STEEPEST_DEG
-    if slides(holds):
+    if slides(0.0):
         raise Failed("the seed moves on a level plate")
-    while slips - holds > numerics["bracket_deg"]:
-        angle = 0.5 * (holds + slips)
-        if slides(angle):
-            slips = angle
-            settle(holds)
+    cells = 2 ** ceil(log2(STEEPEST_DEG / numerics["bracket_deg"]))
+    cell = STEEPEST_DEG / cells
+    holds, slips, stride = 0, cells, SPAN
+    trial = min(max(SPAN, int(expected_deg(scene) / cell) // SPAN * SPAN), cells - 1)
+    settle(trial * cell)
+    while slips - holds > 1:
+        if slides(trial * cell):
+            slips = trial
+            if slips - holds > 1:
+                settle(holds * cell)
         else:
-            holds = angle
+            holds = trial
+        if slips == cells:  # nothing has slid yet
+            trial, stride = min(holds + stride, cells - 1), 2 * stride
+        elif holds == 0:  # nothing has held yet
+            trial, stride = max(slips - stride, slips // 2), 2 * stride
+        else:
+            trial = (holds + slips) // 2
+    holds, slips = holds * cell, slips * cell
     if slips == STEEPEST_DEG:
         raise Failed(f"no sliding up to {STEEPEST_DEG:g} deg")
     return {"slip_angle_deg": effects.at("reading", 0.5 * (holds + slips))}
+
+
+def expected_deg(scene: SeedScene) -> float:
+    """Where Coulomb's law with adhesion, tan a = mu (1 + F/N), has the seed slide, deg: where the search begins."""
+    weight, mu = GRAVITY * scene.mass, scene.pair.static_friction
+    pull = sum(contacts.pull_off_force(scene.pair.surface_energy, radius) for radius in scene.radii)
+    angle = atan(mu)
+    for _ in range(ROUNDS):
+        load = weight * max(cos(angle), 0.1)
+        angle = atan(scene.effects.at("friction", mu, load + pull) * (1 + pull / load))
+    return 2 * degrees(angle) - scene.effects.at("slope_deg", degrees(angle))
