@@ -8,10 +8,12 @@ of an effect as a share of its physical limit (0: absent), s its shape parameter
 is taken as proportional to the mean: generalized linear models with gamma variance and logarithmic link (McCullagh &
 Nelder 1989, doi:10.1007/978-1-4899-3242-6). Curvature and interactions of an effect have priors
 about 0, as wide as all its simulations in a rig make likeliest. Beyond the physical limit ln mu goes on along its tangent.
+
+Where the observable is an angle, mu is its tangent: friction is, so that a slip angle's surface is all but a plane.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 from scipy.stats import qmc
@@ -20,7 +22,33 @@ SPANS = 2.0  # ratio of the ends of a range from which on its logarithm is taken
 FLOOR = 1e-3  # of the median mean; smaller means count as this
 LINEAR = 10.0  # prior standard deviation of an effect's first coefficient: none to speak of
 SCALES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # from which those of its curvature and interactions are chosen
+LIKENESS = (0.0, 0.5, 0.8, 0.9, 0.95, 0.98, 0.99)  # from which the correlation of runs with and without it is
+NO_INFORMATION = 1e6  # variance of a point whose simulations failed
 ROUNDS = 12
+
+
+@dataclass(frozen=True)
+class Link:
+    """How an observable goes with mu: mu itself, or, of an angle in degrees, its tangent."""
+
+    angle: bool
+
+    @classmethod
+    def of(cls, observable: str) -> "Link":
+        """By the unit in the observable's name."""
+        return cls(observable.endswith("_deg"))
+
+    def mu(self, value):
+        """Observable to mu."""
+        return np.tan(np.radians(np.minimum(value, 89.9))) if self.angle else value
+
+    def observable(self, mu):
+        """mu to the observable."""
+        return np.degrees(np.arctan(mu)) if self.angle else mu
+
+    def slope(self, mu):
+        """Change of the observable with ln mu."""
+        return np.degrees(mu / (1 + np.square(mu))) if self.angle else mu
 
 
 @dataclass(frozen=True)
@@ -99,46 +127,80 @@ class Surface:
         return cls(coefficients, scatter * inverse, scatter)
 
 
+def pooled(surfaces: Sequence[Surface], points: Sequence[int]) -> list[Surface]:
+    """Surfaces of one rig with the scatter they have in common, weighted by their degrees of freedom."""
+    free = np.array([max(n - len(s.coefficients), 1) for s, n in zip(surfaces, points, strict=True)])
+    scatter = float(free @ [s.scatter for s in surfaces]) / free.sum()
+    return [replace(s, scatter=scatter, covariance=s.covariance * scatter / s.scatter) for s in surfaces]
+
+
 @dataclass(frozen=True)
 class EffectRuns:
-    """What a site's simulations of an effect gave: terms (n, T), ln mu above the base surface (n,), its variance (n,)."""
+    """What a site's simulations of an effect gave, beside those without it at the same places with the same seeds.
+
+    Parameters
+    ----------
+    terms : (n, T)
+    with_it, without : (n,) means; NaN where the simulations failed
+    expected, known : (n,) ln mu of the base surface there, and the (n, n) covariance of its error
+    scatter : relative variance of one of the means
+    """
 
     terms: np.ndarray
-    shift: np.ndarray
-    variance: np.ndarray
-
-    @classmethod
-    def of(cls, terms: np.ndarray, means: np.ndarray, base: Surface, base_terms: np.ndarray) -> "EffectRuns":
-        """From the means of points and the base surface there."""
-        means = np.maximum(means, max(FLOOR * np.median(np.abs(means)), 1e-12))
-        known = ((base_terms @ base.covariance) * base_terms).sum(axis=1)
-        # the logarithm of a mean that scatters lies half the variance below the logarithm of its expectation
-        return cls(terms, np.log(means) + base.scatter / 2 - base_terms @ base.coefficients, known + base.scatter)
+    with_it: np.ndarray
+    without: np.ndarray
+    expected: np.ndarray
+    known: np.ndarray
+    scatter: float
 
 
 def fitted_effects(runs: Sequence[EffectRuns], shapes: int) -> list[Surface]:
-    """Surfaces of one effect at the sites of a rig, by Bayesian linear regression with known scatter.
+    """Surfaces of one effect at the sites of a rig, by Bayesian linear regression.
 
-    The prior standard deviations of curvature (c2, c3) and interactions (g) are those under which the runs of all sites
-    together are likeliest (MacKay 1992, doi:10.1162/neco.1992.4.3.415).
+    What the effect shifts is measured from r ln(mean without it) + (1 - r) (base surface), r the correlation of the two
+    means (a control variate: Hammersley & Handscomb 1964, doi:10.1007/978-94-009-5819-7, chapter 5), which leaves the
+    variance scatter (1 - r^2) + (1 - r)^2 known. r and the prior standard deviations of curvature (c2, c3) and
+    interactions (g) are those under which the runs of all sites together are likeliest (MacKay 1992,
+    doi:10.1162/neco.1992.4.3.415).
     """
+    terms = np.stack([run.terms for run in runs])
+    logs = [(_log(run.with_it), _log(run.without)) for run in runs]
+    lost = np.array([~(np.isfinite(a) & np.isfinite(b)) for a, b in logs])
+    with_it, without = (np.where(lost, 0.0, [pair[k] for pair in logs]) for k in (0, 1))
+    expected = np.where(lost, 0.0, [run.expected for run in runs])
+    scatter = np.array([run.scatter for run in runs])[:, None]
+    known, eye = np.stack([run.known for run in runs]), np.eye(terms.shape[1])
+
+    def measured(likeness: float) -> tuple[np.ndarray, np.ndarray]:
+        """Shifts (k, n) and their covariance (k, n, n)."""
+        # the logarithm of a mean that scatters lies half the variance below the logarithm of its expectation
+        shift = with_it - likeness * without + (1 - likeness) * (scatter / 2 - expected)
+        own = scatter * (1 - likeness**2) + NO_INFORMATION * lost
+        return np.where(lost, 0.0, shift), (1 - likeness) ** 2 * known + own[:, :, None] * eye
+
     best, chosen = -np.inf, None
-    for curvature in SCALES:
-        for interaction in SCALES:
-            prior = _prior(runs[0].terms.shape[1], shapes, curvature, interaction)
-            likelihood = 0.0
-            for run in runs:
-                spread_of = np.diag(run.variance) + (run.terms * prior**2) @ run.terms.T
-                _, determinant = np.linalg.slogdet(spread_of)
-                likelihood -= 0.5 * (determinant + run.shift @ np.linalg.solve(spread_of, run.shift))
-            if likelihood > best:
-                best, chosen = likelihood, prior
-    found = []
-    for run in runs:
-        weighted = run.terms / run.variance[:, None]
-        covariance = np.linalg.inv(run.terms.T @ weighted + np.diag(chosen**-2))
-        found.append(Surface(covariance @ (weighted.T @ run.shift), covariance, float(run.variance.mean())))
-    return found
+    for likeness in LIKENESS:
+        shift, noise = measured(likeness)
+        for curvature in SCALES:
+            for interaction in SCALES:
+                prior = _prior(terms.shape[2], shapes, curvature, interaction)
+                spread_of = noise + (terms * prior**2) @ terms.transpose(0, 2, 1)
+                _, determinants = np.linalg.slogdet(spread_of)
+                solved = np.linalg.solve(spread_of, shift[:, :, None])[:, :, 0]
+                likelihood = -0.5 * float((determinants + (shift * solved).sum(axis=1)).sum())
+                if likelihood > best:
+                    best, chosen = likelihood, (prior, shift, noise)
+    prior, shift, noise = chosen
+    weighted = np.linalg.solve(noise, terms)
+    covariance = np.linalg.inv(terms.transpose(0, 2, 1) @ weighted + np.diag(prior**-2))
+    coefficients = (covariance @ (weighted.transpose(0, 2, 1) @ shift[:, :, None]))[:, :, 0]
+    return [
+        Surface(c, v, float(np.median(n.diagonal()))) for c, v, n in zip(coefficients, covariance, noise, strict=True)
+    ]
+
+
+def _log(means: np.ndarray) -> np.ndarray:
+    return np.log(np.maximum(means, max(FLOOR * np.nanmedian(np.abs(means)), 1e-12)))
 
 
 def _prior(terms: int, shapes: int, curvature: float, interaction: float) -> np.ndarray:

@@ -1,8 +1,10 @@
 """Predictions by YADE at a bearable price: each case of a study gets a response surface, fitted to simulations.
 
 All simulations a batch of requests needs go to the dispatcher at once: first the free parameters spread over their
-ranges, for all cases of all rigs; then, when effects are asked for, each of them in all cases it acts in. What is
-simulated depends on the study's ranges only, not on the readings, and is stored: asked again, nothing is simulated.
+ranges, for all cases of all rigs; then, when effects are asked for, each of them in all cases it acts in, at some of the
+same places with some of the same seeds. Each case has places and seeds of its own, so that the errors of the surfaces
+are independent. What is simulated depends on the study's ranges only, not on the readings, and is stored: asked again,
+nothing is simulated.
 """
 
 import csv
@@ -10,7 +12,7 @@ import hashlib
 import json
 import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
 import numpy as np
@@ -21,19 +23,22 @@ from pellet_study.errors import SimulationError
 from pellet_study.response import (
     EffectRuns,
     Factor,
+    Link,
     Surface,
     amounts,
     effect_terms,
     fitted_effects,
+    pooled,
     quadratic,
     spread,
 )
 from pellet_study.study import SCALINGS, Study
 
 BASE = 2.4  # points a term of the base surface
-EFFECT = {1: 5, 2: 8}  # points of an effect's surface, by the sides it may take
-STREAMS = 400  # of seeds and places, one for each effect by its name
-CHECK, BLOCKS = 500_000, 2  # first block of seeds, and number of blocks, of a direct simulation
+EFFECT = {1: 4, 2: 8}  # points of an effect's surface, by the sides it may take
+EFFECT_SEEDS = 0.5  # of those of a mean: beside runs without the effect with the same seeds they tell as much
+POINTS = 1024  # blocks of seeds between one stream and the next
+BLOCKS = 2  # of seeds, of a direct simulation
 MOST_LOST = 0.5  # share of a case's simulations that may fail
 COLUMNS = ("key", "observable", "mean", "sd", "n", "lost", "reason")
 
@@ -57,6 +62,11 @@ class Point:
     effect: tuple[str, tuple[tuple[str, float], ...]] | None
     first_seed: int
     seeds: int
+
+
+def _stream(site: Site, name: str = "") -> int:
+    """Number of the stream of seeds and places of a case, and of an effect or a check there."""
+    return zlib.crc32(repr((site, name)).encode())
 
 
 class Simulated:
@@ -110,13 +120,15 @@ class Simulated:
             for site in self._sites(request):
                 values = {k: float(request.parameters[k][0, 0]) for k in self._factors(site)}
                 seeds = self._seeds(site.rig)
-                plans += [(site, values, effects, (CHECK + b) * seeds, seeds) for b in range(BLOCKS)]
+                first = _stream(site, "check") * POINTS * seeds
+                plans += [(site, values, effects, first + b * seeds, seeds) for b in range(BLOCKS)]
         found = iter(self._run(plans))
         for request in requests:
             means = [[next(found)[0] for _ in range(BLOCKS)] for _ in self._sites(request)]
             scatter = np.array([self._base[site].scatter for site in self._sites(request)])  # predict comes first
             mean = np.array([np.nanmean(block) if np.isfinite(block).any() else np.nan for block in means])[None]
-            readings.append((mean, scatter * mean**2 / BLOCKS))
+            link = Link.of(request.observable)
+            readings.append((mean, scatter * link.slope(link.mu(mean)) ** 2 / BLOCKS))
         return readings
 
     def _use_files(self) -> None:
@@ -159,28 +171,32 @@ class Simulated:
     def _base_points(self, site: Site) -> list[Point]:
         factors = self._factors(site)
         p = len(factors)
-        count = max(4, int(np.ceil(BASE * (p + 1) * (p + 2) / 2 * self.effort)))
-        places = spread(count, p, seed=1)
-        seeds = self._seeds(site.rig)
-        return [Point(site, self._values(factors, x), None, k * seeds, seeds) for k, x in enumerate(places)]
+        count = int(np.ceil(max(BASE * (p + 1) * (p + 2) / 2, EFFECT[2]) * self.effort))
+        stream, seeds = _stream(site), self._seeds(site.rig)
+        places = spread(count, p, seed=stream)
+        return [
+            Point(site, self._values(factors, x), None, (stream * POINTS + k) * seeds, seeds)
+            for k, x in enumerate(places)
+        ]
 
     def _effect_points(self, site: Site, name: str) -> list[Point]:
-        effect, factors = self.catalogue.effects[name], self._factors(site)
+        """Points of the base surface, one after the other from one that the effect's name tells, with the effect."""
+        effect = self.catalogue.effects[name]
         shapes = list(effect.parameters)[1:]
         count = int(np.ceil(EFFECT[effect.sides] * self.effort))
-        u = amounts(count, effect.sides)
-        # a stream of seeds and places of its own for each effect
-        number = 1 + zlib.crc32(name.encode()) % STREAMS
-        places = spread(count, len(factors) + len(shapes), seed=1 + number)
+        stream = _stream(site, name)
+        u = np.random.default_rng(stream).permutation(amounts(count, effect.sides))
+        places = spread(count, len(shapes), seed=stream)
         absent, reach = self._reach(name)
-        seeds = self._seeds(site.rig)
+        base = self._base_points(site)
+        seeds = max(1, round(EFFECT_SEEDS * self._seeds(site.rig)))
         found = []
         for k, place in enumerate(places):
             values = {effect.amount: absent + reach * u[k]}
-            for shape, s in zip(shapes, place[len(factors) :], strict=True):
+            for shape, s in zip(shapes, place, strict=True):
                 values[shape] = float(self._shape(name, shape).value(s))
-            x = self._values(factors, place[: len(factors)])
-            found.append(Point(site, x, (name, tuple(values.items())), (1000 * number + k) * seeds, seeds))
+            there = base[(stream + k) % len(base)]
+            found.append(replace(there, effect=(name, tuple(values.items())), seeds=seeds))
         return found
 
     @staticmethod
@@ -218,6 +234,8 @@ class Simulated:
         plans = {s: self._base_points(s) for s in bases}
         plans |= {key: self._effect_points(*key) for key in wanted}
         points = [p for plan in plans.values() for p in plan]
+        points += [replace(p, effect=None) for key in wanted for p in plans[key]]  # the same without the effect
+        points = list(dict.fromkeys(points))
         found = self._run(
             [
                 (p.site, dict(p.factors), {} if p.effect is None else {p.effect[0]: dict(p.effect[1])}, p.first_seed,
@@ -226,8 +244,14 @@ class Simulated:
             ]
         )  # fmt: skip
         results = dict(zip(points, found, strict=True))
+        together: dict[tuple[str, str], list[Site]] = {}
         for site in bases:
             self._base[site] = self._fit_base(site, plans[site], results)
+            if site not in self.dead:
+                together.setdefault((site.rig, site.observable), []).append(site)
+        for mine in together.values():
+            surfaces = pooled([self._base[site] for site in mine], [len(plans[site]) for site in mine])
+            self._base |= dict(zip(mine, surfaces, strict=True))
         groups: dict[tuple[str, str, str], list[Site]] = {}
         for site, name in wanted:
             groups.setdefault((site.rig, site.observable, name), []).append(site)
@@ -244,22 +268,33 @@ class Simulated:
         self._ready |= asked
 
     def _fit_base(self, site: Site, plan: Sequence[Point], results: Mapping) -> Surface:
-        kept, means = self._kept(site, plan, results)
-        terms = quadratic(self._scaled(site, [p.factors for p in kept]))
+        means = self._means_of(site, plan, results)
+        kept = np.isfinite(means)
+        terms = quadratic(self._scaled(site, [p.factors for p in plan]))[kept]
         if site in self.dead:
             unknown = np.full(terms.shape[1], np.nan)
             return Surface(unknown, np.diag(unknown), np.nan)
-        return Surface.fitted(terms, means)
+        return Surface.fitted(terms, means[kept])
 
     def _effect_runs(self, site: Site, name: str, plan: Sequence[Point], results: Mapping) -> EffectRuns:
-        kept, means = self._kept(site, plan, results)
-        x = self._scaled(site, [p.factors for p in kept])
-        given = [dict(p.effect[1]) for p in kept]
+        with_it = self._means_of(site, plan, results)
+        without = self._means_of(site, [replace(p, effect=None) for p in plan], results)
+        x = self._scaled(site, [p.factors for p in plan])
+        given = [dict(p.effect[1]) for p in plan]
         u, shapes = self._amounts(name, {k: np.array([values[k] for values in given]) for k in given[0]})
-        return EffectRuns.of(effect_terms(u, shapes, x), means, self._base[site], quadratic(x))
+        base, there = self._base[site], quadratic(x)
+        scatter = base.scatter * self._seeds(site.rig) / plan[0].seeds
+        return EffectRuns(
+            effect_terms(u, shapes, x),
+            with_it,
+            without,
+            there @ base.coefficients,
+            there @ base.covariance @ there.T,
+            scatter,
+        )
 
-    def _kept(self, site: Site, plan: Sequence[Point], results: Mapping) -> tuple[list[Point], np.ndarray]:
-        """Points that gave a mean, and their means."""
+    def _means_of(self, site: Site, plan: Sequence[Point], results: Mapping) -> np.ndarray:
+        """mu of some points by their means; NaN where all simulations of a point failed."""
         lost = sum(results[p][1] for p in plan)
         total = sum(p.seeds for p in plan)
         if lost:
@@ -268,10 +303,9 @@ class Simulated:
             text = f"{lost} of {total} simulations of {site.rig} ({what}) failed, the first with: {reason}"
             if lost > MOST_LOST * total:
                 self.dead[site] = f"{text}; change the ranges in study.toml, or leave this row out"
-                return list(plan), np.full(len(plan), np.nan)
+                return np.full(len(plan), np.nan)
             self.warnings.append(f"{text}; the answer rests on the others")
-        kept = [p for p in plan if np.isfinite(results[p][0])]
-        return kept, np.array([results[p][0] for p in kept])
+        return Link.of(site.observable).mu(np.array([results[p][0] for p in plan]))
 
     def _run(self, plans: Sequence[tuple]) -> list[tuple[float, int, str]]:
         """Mean, number of failed seeds and first reason of each (site, factors, effects, first seed, seeds)."""
@@ -383,8 +417,8 @@ class Simulated:
                 shift, more = self._stacked(sites, name, effect_terms(*self._amounts(name, own), x[here]))
                 log_mean[here] += shift
                 relative[here] += more
-        mean = np.exp(np.clip(log_mean, -50, 50))
-        variance = relative * mean**2
+        link, mu = Link.of(request.observable), np.exp(np.clip(log_mean, -50, 50))
+        mean, variance = link.observable(mu), relative * link.slope(mu) ** 2
         for reading, values in readings:
             mean = reading(mean, values)
         return mean, variance
