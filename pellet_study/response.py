@@ -136,19 +136,19 @@ def pooled(surfaces: Sequence[Surface], points: Sequence[int]) -> list[Surface]:
 
 @dataclass(frozen=True)
 class EffectRuns:
-    """What a site's simulations of an effect gave, beside those without it at the same places with the same seeds.
+    """What a site's simulations of an effect gave, beside those without it at the same places with the same seeds, if any.
 
     Parameters
     ----------
     terms : (n, T)
-    with_it, without : (n,) means; NaN where the simulations failed
+    with_it, without : (n,) means; NaN where the simulations failed; None where there are none
     expected, known : (n,) ln mu of the base surface there, and the (n, n) covariance of its error
     scatter : relative variance of one of the means
     """
 
     terms: np.ndarray
     with_it: np.ndarray
-    without: np.ndarray
+    without: np.ndarray | None
     expected: np.ndarray
     known: np.ndarray
     scatter: float
@@ -164,9 +164,11 @@ def fitted_effects(runs: Sequence[EffectRuns], shapes: int) -> list[Surface]:
     doi:10.1162/neco.1992.4.3.415).
     """
     terms = np.stack([run.terms for run in runs])
-    logs = [(_log(run.with_it), _log(run.without)) for run in runs]
-    lost = np.array([~(np.isfinite(a) & np.isfinite(b)) for a, b in logs])
-    with_it, without = (np.where(lost, 0.0, [pair[k] for pair in logs]) for k in (0, 1))
+    paired = all(run.without is not None for run in runs)
+    with_it = np.stack([_log(run.with_it) for run in runs])
+    without = np.stack([_log(run.without) for run in runs]) if paired else np.zeros_like(with_it)
+    lost = ~np.isfinite(with_it + without)
+    with_it, without = np.where(lost, 0.0, with_it), np.where(lost, 0.0, without)
     expected = np.where(lost, 0.0, [run.expected for run in runs])
     scatter = np.array([run.scatter for run in runs])[:, None]
     known, eye = np.stack([run.known for run in runs]), np.eye(terms.shape[1])
@@ -179,7 +181,7 @@ def fitted_effects(runs: Sequence[EffectRuns], shapes: int) -> list[Surface]:
         return np.where(lost, 0.0, shift), (1 - likeness) ** 2 * known + own[:, :, None] * eye
 
     best, chosen = -np.inf, None
-    for likeness in LIKENESS:
+    for likeness in LIKENESS if paired else LIKENESS[:1]:
         shift, noise = measured(likeness)
         for curvature in SCALES:
             for interaction in SCALES:

@@ -23,7 +23,8 @@ class Rig:
 
     `parameters`, `conditions` and `numerics` map names to {default, min, max, unit, meaning}; `effects` maps an
     effect's name to its parameters with the value that means absent; `random` rigs scatter over the seed, and `seeds`
-    of them make a mean; `extra` are files of effects beyond the rig's own.
+    of them make a mean; in `paired` ones the same seed ends nearly alike in nearly the same case; `extra` are files of
+    effects beyond the rig's own.
     """
 
     name: str
@@ -38,6 +39,7 @@ class Rig:
     time_limit_s: float
     fingerprint: str
     seeds: int = 1
+    paired: bool = False
     extra: tuple[Path, ...] = ()
 
 

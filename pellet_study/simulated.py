@@ -2,9 +2,9 @@
 
 All simulations a batch of requests needs go to the dispatcher at once: first the free parameters spread over their
 ranges, for all cases of all rigs; then, when effects are asked for, each of them in all cases it acts in, at some of the
-same places with some of the same seeds. Each case has places and seeds of its own, so that the errors of the surfaces
-are independent. What is simulated depends on the study's ranges only, not on the readings, and is stored: asked again,
-nothing is simulated.
+same places with some of the same seeds where the rig is `paired`, that is, where the same seed ends nearly alike. Cases
+of such a rig have places and seeds of their own, so that the errors of their surfaces are independent. What is simulated
+depends on the study's ranges only, not on the readings, and is stored: asked again, nothing is simulated.
 """
 
 import csv
@@ -35,9 +35,9 @@ from pellet_study.response import (
 from pellet_study.study import SCALINGS, Study
 
 BASE = 2.4  # points a term of the base surface
-EFFECT = {1: 4, 2: 8}  # points of an effect's surface, by the sides it may take
-EFFECT_SEEDS = 0.5  # of those of a mean: beside runs without the effect with the same seeds they tell as much
-POINTS = 1024  # blocks of seeds between one stream and the next
+EFFECT = {1: 5, 2: 8}  # points of an effect's surface, by the sides it may take
+PAIRED_EFFECT, PAIRED_SEEDS = {1: 4, 2: 8}, 0.5  # in a paired rig, with a share of the seeds they tell as much
+STREAMS, CHECK = 400, 500  # numbers of the streams of seeds and places: of effects by their names; of checks
 BLOCKS = 2  # of seeds, of a direct simulation
 MOST_LOST = 0.5  # share of a case's simulations that may fail
 COLUMNS = ("key", "observable", "mean", "sd", "n", "lost", "reason")
@@ -64,9 +64,13 @@ class Point:
     seeds: int
 
 
-def _stream(site: Site, name: str = "") -> int:
-    """Number of the stream of seeds and places of a case, and of an effect or a check there."""
-    return zlib.crc32(repr((site, name)).encode())
+def _stream(site: Site, number: int = 0) -> int:
+    """A stream of seeds and places: by its number, in a paired rig also by the case."""
+    return number + 1000 * (zlib.crc32(repr(site).encode()) % 2**20 if rigs.rig(site.rig).paired else 0)
+
+
+def _stream_of(site: Site, effect: str) -> int:
+    return _stream(site, 1 + zlib.crc32(effect.encode()) % STREAMS)
 
 
 class Simulated:
@@ -120,7 +124,7 @@ class Simulated:
             for site in self._sites(request):
                 values = {k: float(request.parameters[k][0, 0]) for k in self._factors(site)}
                 seeds = self._seeds(site.rig)
-                first = _stream(site, "check") * POINTS * seeds
+                first = 1000 * _stream(site, CHECK) * seeds
                 plans += [(site, values, effects, first + b * seeds, seeds) for b in range(BLOCKS)]
         found = iter(self._run(plans))
         for request in requests:
@@ -171,32 +175,39 @@ class Simulated:
     def _base_points(self, site: Site) -> list[Point]:
         factors = self._factors(site)
         p = len(factors)
-        count = int(np.ceil(max(BASE * (p + 1) * (p + 2) / 2, EFFECT[2]) * self.effort))
+        least = PAIRED_EFFECT[2] * self.effort if rigs.rig(site.rig).paired else 4
+        count = int(np.ceil(max(least, BASE * (p + 1) * (p + 2) / 2 * self.effort)))
         stream, seeds = _stream(site), self._seeds(site.rig)
-        places = spread(count, p, seed=stream)
         return [
-            Point(site, self._values(factors, x), None, (stream * POINTS + k) * seeds, seeds)
-            for k, x in enumerate(places)
+            Point(site, self._values(factors, x), None, (1000 * stream + k) * seeds, seeds)
+            for k, x in enumerate(spread(count, p, seed=1 + stream))
         ]
 
     def _effect_points(self, site: Site, name: str) -> list[Point]:
-        """Points of the base surface, one after the other from one that the effect's name tells, with the effect."""
-        effect = self.catalogue.effects[name]
+        """Points with an effect: in a paired rig some of the base surface's, one after the other; else others."""
+        effect, factors = self.catalogue.effects[name], self._factors(site)
         shapes = list(effect.parameters)[1:]
-        count = int(np.ceil(EFFECT[effect.sides] * self.effort))
-        stream = _stream(site, name)
-        u = np.random.default_rng(stream).permutation(amounts(count, effect.sides))
-        places = spread(count, len(shapes), seed=stream)
+        paired, stream, seeds = rigs.rig(site.rig).paired, _stream_of(site, name), self._seeds(site.rig)
+        count = int(np.ceil((PAIRED_EFFECT if paired else EFFECT)[effect.sides] * self.effort))
+        u = amounts(count, effect.sides)
+        places = spread(count, len(factors) + len(shapes), seed=1 + stream)
+        if paired:
+            seeds = max(1, round(PAIRED_SEEDS * seeds))
+            u = np.random.default_rng(stream).permutation(u)
+            base = self._base_points(site)
+            there = [base[(stream + k) % len(base)] for k in range(count)]
+        else:
+            x = places[:, : len(factors)]
+            there = [
+                Point(site, self._values(factors, x[k]), None, (1000 * stream + k) * seeds, seeds) for k in range(count)
+            ]
         absent, reach = self._reach(name)
-        base = self._base_points(site)
-        seeds = max(1, round(EFFECT_SEEDS * self._seeds(site.rig)))
         found = []
-        for k, place in enumerate(places):
-            values = {effect.amount: absent + reach * u[k]}
+        for point, amount, place in zip(there, u, places[:, len(factors) :], strict=True):
+            values = {effect.amount: absent + reach * amount}
             for shape, s in zip(shapes, place, strict=True):
                 values[shape] = float(self._shape(name, shape).value(s))
-            there = base[(stream + k) % len(base)]
-            found.append(replace(there, effect=(name, tuple(values.items())), seeds=seeds))
+            found.append(replace(point, effect=(name, tuple(values.items())), seeds=seeds))
         return found
 
     @staticmethod
@@ -234,7 +245,8 @@ class Simulated:
         plans = {s: self._base_points(s) for s in bases}
         plans |= {key: self._effect_points(*key) for key in wanted}
         points = [p for plan in plans.values() for p in plan]
-        points += [replace(p, effect=None) for key in wanted for p in plans[key]]  # the same without the effect
+        pairs = [key for key in wanted if rigs.rig(key[0].rig).paired]
+        points += [replace(p, effect=None) for key in pairs for p in plans[key]]  # the same without the effect
         points = list(dict.fromkeys(points))
         found = self._run(
             [
@@ -278,7 +290,9 @@ class Simulated:
 
     def _effect_runs(self, site: Site, name: str, plan: Sequence[Point], results: Mapping) -> EffectRuns:
         with_it = self._means_of(site, plan, results)
-        without = self._means_of(site, [replace(p, effect=None) for p in plan], results)
+        without = None
+        if rigs.rig(site.rig).paired:
+            without = self._means_of(site, [replace(p, effect=None) for p in plan], results)
         x = self._scaled(site, [p.factors for p in plan])
         given = [dict(p.effect[1]) for p in plan]
         u, shapes = self._amounts(name, {k: np.array([values[k] for values in given]) for k in given[0]})

@@ -59,7 +59,8 @@ RIG = {
         "tangential_restitution": "downhill speed the contacts leave over that before the impact (tilted plate only)",
     },
     "random": True,
-    "seeds": 64,
+    "seeds": 32,
+    "paired": True,
     "time_limit_s": 60.0,
 }
 

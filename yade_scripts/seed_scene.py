@@ -256,7 +256,7 @@ class SeedScene:
 
         state = self.state
         touched = {(contact.id1, contact.id2) for contact, _, _ in self._touching}
-        toward, nearest, speed, away = state.ori.conjugate(), np.inf, 0.0, np.inf
+        toward, nearest, speed, away = state.ori.conjugate(), np.inf, 0.0, self.reach
         for plate, normal, level in self.plates:
             across = np.array(toward * normal)
             heights = self.local @ across - self.radii

@@ -40,6 +40,7 @@ RIG = {
     "observables": {"slip_angle_deg": "tilt at which the seed starts to slide"},
     "random": True,
     "seeds": 1,
+    "paired": True,
     "time_limit_s": 60.0,
 }
 
