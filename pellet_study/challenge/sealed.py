@@ -20,13 +20,14 @@ from pellet_study.challenge.bench import outside
 from pellet_study.challenge.demonstration import Demonstration
 from pellet_study.challenge.predictions import Stored, described
 from pellet_study.compare import Comparison, calibrate, compare
+from pellet_study.errors import SimulationError
 from pellet_study.model import Model
 from pellet_study.refine import Refinement, refine
 from pellet_study.study import load
 
 STRENGTHS = (6.0, 8.0, 10.0, 13.0)
 OUTSIDE_AMOUNTS = {"plate_resonance": 0.5, "friction_hump": 0.3}
-FIRST_SEED = 100_000_000  # the model's seeds lie below
+FIRST_SEED = 100_000_000  # the model's seeds lie below, or far above
 SEEDS_A_TRIAL = 1_000
 
 
@@ -82,11 +83,13 @@ def measure(of: Demonstration, numbers: Sequence[int], folder: Path, store: Path
         for n in group:
             rng = np.random.default_rng((zlib.crc32(b"read"), n))
             readings = []
-            for rig, _ in of.conditions:
+            for rig, given in of.conditions:
                 count = of.simulated(rig)
                 some = table.iloc[place : place + count]
                 place += count
                 values = some[of.observables[rig]].to_numpy(float)[(some["status"] == "ok").to_numpy()]
+                if not len(values):
+                    raise SimulationError(f"trial {n}: no reading of {rig} {given}: {some['status'].iloc[0]}")
                 if rig in of.instrument_sd:
                     noise = of.instrument_sd[rig] * rng.standard_normal(of.repeats[rig])
                     values = np.resize(values, of.repeats[rig]) + noise
