@@ -36,7 +36,8 @@ from pellet_study.study import SCALINGS, Study
 
 BASE = 2.4  # points a term of the base surface
 EFFECT = {1: 5, 2: 8}  # points of an effect's surface, by the sides it may take
-PAIRED_EFFECT, PAIRED_SEEDS = {1: 4, 2: 8}, 0.5  # in a paired rig, with a share of the seeds they tell as much
+PAIRED_EFFECT = {1: 4, 2: 8}  # in a paired rig
+EFFECT_SEEDS = 0.5  # share of a mean's seeds that they take
 STREAMS, CHECK = 400, 500  # numbers of the streams of seeds and places: of effects by their names; of checks
 BLOCKS = 2  # of seeds, of a direct simulation
 MOST_LOST = 0.5  # share of a case's simulations that may fail
@@ -187,12 +188,12 @@ class Simulated:
         """Points with an effect: in a paired rig some of the base surface's, one after the other; else others."""
         effect, factors = self.catalogue.effects[name], self._factors(site)
         shapes = list(effect.parameters)[1:]
-        paired, stream, seeds = rigs.rig(site.rig).paired, _stream_of(site, name), self._seeds(site.rig)
+        paired, stream = rigs.rig(site.rig).paired, _stream_of(site, name)
+        seeds = max(1, round(EFFECT_SEEDS * self._seeds(site.rig)))
         count = int(np.ceil((PAIRED_EFFECT if paired else EFFECT)[effect.sides] * self.effort))
         u = amounts(count, effect.sides)
         places = spread(count, len(factors) + len(shapes), seed=1 + stream)
         if paired:
-            seeds = max(1, round(PAIRED_SEEDS * seeds))
             u = np.random.default_rng(stream).permutation(u)
             base = self._base_points(site)
             there = [base[(stream + k) % len(base)] for k in range(count)]
