@@ -28,6 +28,7 @@ SEED = 20260101
 LACK_OF_FIT = 0.001  # p over all rigs together below which a model fails
 LACK_IN_A_RIG = 0.002  # the same for single rigs, shared among them: a misfit in one rig drowns in the others
 DRIFT = 0.001
+EXCESS = 1.3  # residual over replicate variance up to which chance may be the cause
 VISIBLE = 0.03  # share of a direction that must survive the calibration to be tested
 IDENTIFIED = 0.5  # a constant is identified where its 95 % interval is narrower than this share of its range
 
@@ -239,8 +240,8 @@ def visible(directions: np.ndarray, basis: np.ndarray) -> np.ndarray:
 
 
 @lru_cache(maxsize=8)
-def _noise(group: tuple[int, ...], group_dof: tuple[int, ...]) -> tuple[np.ndarray, np.ndarray]:
-    """Whitened readings that hide nothing, (DRAWS, n), and their chi2: Gaussian over a scale as uncertain as each group's.
+def _noise(group: tuple[int, ...], group_dof: tuple[int, ...]) -> np.ndarray:
+    """Whitened readings that hide nothing, (DRAWS, n): Gaussian over a scale as uncertain as each group's.
 
     The same draws for every test, so that an answer does not depend on what ran before.
     """
@@ -250,49 +251,69 @@ def _noise(group: tuple[int, ...], group_dof: tuple[int, ...]) -> tuple[np.ndarr
         if dof > 0:
             mine = np.array(group) == number
             noise[:, mine] /= np.sqrt(rng.chisquare(dof, (DRAWS, 1)) / dof)
-    return noise, (noise**2).sum(axis=1)
+    return noise.astype(np.float32)
+
+
+def standardised(
+    left: np.ndarray, unit: np.ndarray, basis: np.ndarray, evidence: Evidence, two_sided: bool, birge: bool = True
+) -> np.ndarray:
+    """Scores z = u'r along unit directions, in standard errors, (sets, k).
+
+        score = z / (b s),  s^2 = sum_g w_g (nu_g + R_g) / (nu_g + d_g - w_g),  w_g = |u_g|^2
+
+    How large an error is, each rig's readings g say with nu_g degrees of freedom, and so do the residuals that the
+    direction leaves in them: R_g their sum of squares, d_g their number less what the calibration absorbs. Residuals in
+    excess of the replicates', by more than chance makes likely, enlarge it: b^2 = max(1, (|r|^2 - z^2)/(d - 1)/EXCESS),
+    z the largest (after Birge 1932, doi:10.1103/PhysRev.40.207). Without `birge` the replicates alone are the measure;
+    where no scatter is stated, the residuals alone.
+
+    Parameters
+    ----------
+    left : (sets, n) whitened residuals, free of what the calibration absorbs
+    unit : (k, n) unit vectors, free of it too
+    basis : (n, rank), what it absorbs
+    """
+    z = left @ unit.T
+    largest = np.abs(z).max(axis=1) if two_sided else np.maximum(z.max(axis=1), 0)
+    dof = unit.shape[1] - basis.shape[1]
+    squares = left**2
+    excess = (squares.sum(axis=1) - largest**2).clip(0) / max(dof - 1, 1)
+    if not evidence.scale_known:
+        return z / np.sqrt(np.maximum(excess, 1e-24))[:, None]
+    if not birge:
+        return z
+    group, known = groups_of(evidence)
+    inside = (group[:, None] == np.arange(len(known))).astype(unit.dtype)
+    nu, share = np.array(known, dtype=unit.dtype), unit**2 @ inside  # share: (k, groups)
+    part = share / (nu + (1 - (basis**2).sum(axis=1)) @ inside - share)
+    variance = part @ nu + squares @ inside @ part.T - 2 * z * (left @ (unit * (part @ inside.T)).T)
+    variance += z**2 * (part * share).sum(axis=1)
+    if dof > 1:
+        variance *= np.maximum(1, excess / EXCESS)[:, None]
+    return z / np.sqrt(variance)
+
+
+def groups_of(evidence: Evidence) -> tuple[np.ndarray, tuple[int, ...]]:
+    """Number of each cell's group, and each group's degrees of freedom."""
+    return np.array(evidence.group or (0,) * len(evidence.case)), evidence.group_dof or (int(evidence.dof),)
 
 
 def largest_null(
     unit: np.ndarray, basis: np.ndarray, evidence: Evidence, two_sided: bool, birge: bool = True
 ) -> np.ndarray:
-    """Sorted draws of the largest score over readings that hide nothing, scaled as `scale_of` does if `birge`.
-
-    Parameters
-    ----------
-    unit : (k, n) unit vectors, free of what the calibration absorbs
-    basis : (n, rank), what it absorbs
-    """
-    group = evidence.group or (0,) * len(evidence.case)
-    noise, whole = _noise(group, evidence.group_dof or (int(evidence.dof),))
-    z = noise @ unit.T
-    largest = (np.abs(z) if two_sided else z).max(axis=1)
-    dof = len(group) - basis.shape[1]
-    if birge and dof > 1:
-        left = whole - ((noise @ basis) ** 2).sum(axis=1)
-        ratio = np.sqrt(np.maximum(left - np.maximum(largest, 0) ** 2, 0) / (dof - 1))
-        largest = largest / (np.maximum(ratio, 1.0) if evidence.scale_known else np.maximum(ratio, 1e-12))
-    return np.sort(largest)
+    """Sorted draws of the largest standardised score over readings that hide nothing."""
+    group, known = groups_of(evidence)
+    noise, unit = _noise(tuple(group.tolist()), known), unit.astype(np.float32)
+    if birge or not evidence.scale_known:
+        basis = basis.astype(np.float32)
+        noise = noise - (noise @ basis) @ basis.T
+    z = standardised(noise, unit, basis, evidence, two_sided, birge)
+    return np.sort((np.abs(z) if two_sided else z).max(axis=1))
 
 
 def exceedance(null: np.ndarray, value: float) -> float:
     """Share of sorted null draws at or above a value, never quite zero."""
     return float((len(null) - np.searchsorted(null, value, side="left") + 1) / (len(null) + 1))
-
-
-def scale_of(chi2: float, largest: float, dof: int, evidence: Evidence) -> tuple[float, float]:
-    """Birge ratio with one direction taken out, and the degrees of freedom it is known with.
-
-    b = sqrt(max(1, (chi2 - z^2)/(dof - 1))) (Birge 1932, doi:10.1103/PhysRev.40.207); not bounded
-    by 1 where no scatter is stated.
-    """
-    left = max(chi2 - largest**2, 0.0)
-    if dof <= 1:
-        return (1.0, evidence.dof) if evidence.scale_known else (np.inf, 1.0)
-    ratio = np.sqrt(left / (dof - 1))
-    if evidence.scale_known and ratio <= 1:
-        return 1.0, evidence.dof
-    return max(float(ratio), 1e-12), float(dof - 1)
 
 
 def drifts(
@@ -303,7 +324,7 @@ def drifts(
     Parameters
     ----------
     rigs, effects : only in these rigs, only of these effects' constants
-    birge : in units of the residual scatter where it exceeds the replicates' (`scale_of`); without, in units of the
+    birge : in units of the residual scatter where it exceeds the replicates' (`standardised`); without, in units of the
         replicates' scatter where that is known, as lack of fit is, so that misfit elsewhere excuses nothing
     """
     names = [state.model.names[c] for c in state.fit.problem.free]
@@ -323,17 +344,12 @@ def drifts(
     if not keep.any():
         return ()
     unit = seen[keep] / size[keep, None]
-    z = unit @ state.fit.residual
-    dof = len(state.evidence.case) - basis.shape[1]
-    birge = birge or not state.evidence.scale_known
-    scale = scale_of(state.fit.chi2, float(np.abs(z).max()), dof, state.evidence)[0] if birge else 1.0
-    if not np.isfinite(scale):
+    if not state.evidence.scale_known and len(state.evidence.case) - basis.shape[1] < 2:
         return ()
-    null = largest_null(unit, basis, state.evidence, two_sided=True, birge=birge)
+    z = standardised(state.fit.residual[None], unit, basis, state.evidence, True, birge)[0]
+    null = largest_null(unit, basis, state.evidence, True, birge)
     kept = [label for label, k in zip(labels, keep, strict=True) if k]
-    found = [
-        Drift(*label, z=float(v / scale), p=exceedance(null, abs(v) / scale)) for label, v in zip(kept, z, strict=True)
-    ]
+    found = [Drift(*label, z=float(v), p=exceedance(null, abs(v))) for label, v in zip(kept, z, strict=True)]
     return tuple(sorted(found, key=lambda d: -abs(d.z)))
 
 

@@ -35,7 +35,7 @@ from pellet_study.compare import (
     lack_of_fit,
     largest_null,
     reading_sd,
-    scale_of,
+    standardised,
     with_own_noise,
 )
 from pellet_study.model import Case, Model
@@ -186,20 +186,20 @@ def diagnose(
             (),
             tuple(warnings),
         )
-    gate_p, scale, known, scores, null = None, 1.0, evidence.dof, np.zeros(0), np.zeros(0)
+    gate_p, scores, errors, null = None, np.zeros(0), np.zeros(0), np.zeros(0)
     if shown:
         unit = np.array([s.unit for s in shown])
         scores = unit @ fitted.residual
-        scale, known = scale_of(fitted.chi2, float(max(scores.max(), 0.0)), dof, evidence)
+        errors = standardised(fitted.residual[None], unit, basis, evidence, two_sided=False)[0]
         null = largest_null(unit, basis, evidence, two_sided=False)
-        gate_p = exceedance(null, scores.max() / scale)
+        gate_p = exceedance(null, errors.max())
     open_gate = gate_p is not None and gate_p < gate
     if not names:
         warnings.append("no absent effect acts in the rigs used: there is nothing to rank")
     needed = open_gate or not comparison.fits
     singles, beyond = refits(state, names, shown, scores) if shown and (needed or rank) else ({}, {})
     rivals = judge(state, singles.values(), shown) if needed else [Rival(k, f, False) for k, f in singles.items()]
-    ranking = _ranking(state, names, found, shown, scores / scale, null, known, rivals, beyond)
+    ranking = _ranking(state, names, found, shown, errors, null, rivals, beyond)
     plausible = {s.effect for s in ranking if not s.note}
     verdict, chosen = "adequate", []
     if needed:
@@ -467,9 +467,8 @@ def signature_left(state: Calibrated, fitted: Fit, names: Sequence[str], shown: 
     if not len(seen) or dof < 2:
         return 1.0
     unit = seen / size[:, None]
-    z = unit @ fitted.residual
-    scale, _ = scale_of(fitted.chi2, float(max(z.max(), 0.0)), dof, state.evidence)
-    return exceedance(largest_null(unit, basis, state.evidence, two_sided=False), z.max() / scale)
+    z = standardised(fitted.residual[None], unit, basis, state.evidence, two_sided=False)[0]
+    return exceedance(largest_null(unit, basis, state.evidence, two_sided=False), z.max())
 
 
 def unit_of_chi2(state: Calibrated, fitted: Fit) -> float:
@@ -554,8 +553,9 @@ def pair_rivals(state: Calibrated, singles: Sequence[Rival], shown, scores: np.n
     ]
 
 
-def _ranking(state, names, found, shown, scores, null, known, rivals, beyond) -> tuple[Suspect, ...]:
+def _ranking(state, names, found, shown, scores, null, rivals, beyond) -> tuple[Suspect, ...]:
     evidence, base = state.evidence, len(state.fit.problem.free)
+    known = evidence.dof or max(len(evidence.case) - base - 1, 1)
     fitted = {r.effects[0]: r for r in rivals if len(r.effects) == 1}
     critical = null[int(0.95 * len(null))] if len(null) else 2.6
     ranking = []
@@ -590,7 +590,7 @@ def _ranking(state, names, found, shown, scores, null, known, rivals, beyond) ->
                     wide = dict(zip(effect.parameters, map(float, beyond[name].values[base:]), strict=True))
         if score <= 0 and drop < 1.0:
             note = "wrong sign" if effect.sides == 1 else ""
-        p = special.stdtr(known, -score) if np.isfinite(known) else special.ndtr(-score)
+        p = special.stdtr(known, -score)
         ranking.append(
             Suspect(
                 effect=name,
