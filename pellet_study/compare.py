@@ -28,7 +28,7 @@ SEED = 20260101
 LACK_OF_FIT = 0.001  # p over all rigs together below which a model fails
 LACK_IN_A_RIG = 0.002  # the same for single rigs, shared among them: a misfit in one rig drowns in the others
 DRIFT = 0.001
-EXCESS = 1.3  # residual over replicate variance up to which chance may be the cause
+EXCESS = 1.1  # residual over replicate variance up to which chance is the likely cause
 VISIBLE = 0.03  # share of a direction that must survive the calibration to be tested
 IDENTIFIED = 0.5  # a constant is identified where its 95 % interval is narrower than this share of its range
 
@@ -257,15 +257,15 @@ def _noise(group: tuple[int, ...], group_dof: tuple[int, ...]) -> np.ndarray:
 def standardised(
     left: np.ndarray, unit: np.ndarray, basis: np.ndarray, evidence: Evidence, two_sided: bool, birge: bool = True
 ) -> np.ndarray:
-    """Scores z = u'r along unit directions, in standard errors, (sets, k).
+    """Scores along unit directions, in standard errors, (sets, k).
 
-        score = z / (b s),  s^2 = sum_g w_g (nu_g + R_g) / (nu_g + d_g - w_g),  w_g = |u_g|^2
+        score = z / s,  z = u'r,  s^2 = max(sum_g w_g (nu_g + R_g) / (nu_g + d_g - w_g), b^2 / EXCESS),  w_g = |u_g|^2
 
     How large an error is, each rig's readings g say with nu_g degrees of freedom, and so do the residuals that the
-    direction leaves in them: R_g their sum of squares, d_g their number less what the calibration absorbs. Residuals in
-    excess of the replicates', by more than chance makes likely, enlarge it: b^2 = max(1, (|r|^2 - z^2)/(d - 1)/EXCESS),
-    z the largest (after Birge 1932, doi:10.1103/PhysRev.40.207). Without `birge` the replicates alone are the measure;
-    where no scatter is stated, the residuals alone.
+    direction leaves there: R_g their sum of squares, d_g their number less what the calibration absorbs. Where the
+    residuals of all rigs together exceed the replicates' scatter by more than chance makes likely, their Birge ratio
+    b^2 = (|r|^2 - z^2)/(d - 1), z the largest, takes its place (Birge 1932, doi:10.1103/PhysRev.40.207). Without
+    `birge` the replicates alone are the measure; where no scatter is stated, the residuals alone.
 
     Parameters
     ----------
@@ -289,7 +289,7 @@ def standardised(
     variance = part @ nu + squares @ inside @ part.T - 2 * z * (left @ (unit * (part @ inside.T)).T)
     variance += z**2 * (part * share).sum(axis=1)
     if dof > 1:
-        variance *= np.maximum(1, excess / EXCESS)[:, None]
+        variance = np.maximum(variance, excess[:, None] / EXCESS)
     return z / np.sqrt(variance)
 
 

@@ -41,7 +41,7 @@ from pellet_study.compare import (
 from pellet_study.model import Case, Model
 from pellet_study.study import Study
 
-GATE = 0.04  # for the first effect; lack of fit and drift spend the rest of 5 %
+GATE = 0.042  # for the first effect; lack of fit and drift spend the rest of 5 %
 GATE_AGAIN = 0.002  # for each further one
 LEFT_OVER = 0.002  # p of lack of fit or drift that an explanation may not leave in the rigs where it acts
 VARIES = 0.01  # p of the added effect's own drift that an explanation may not leave

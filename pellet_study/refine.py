@@ -1,6 +1,7 @@
 """Compare, diagnose, add, again: until the model explains the data, or nothing more can be said.
 
-Forward by whole explanations (a single effect, else a pair), each followed by a backward check; at most three effects.
+Forward by whole explanations (a single effect, else a pair), each followed by a backward check and by swaps, in which a
+rival of the same rigs takes the place of an effect added earlier; at most three effects.
 Nothing is added because it merely lowers chi2: an explanation must leave neither lack of fit nor a drifting constant,
 and no rival may explain as well.
 """
@@ -8,9 +9,11 @@ and no rival may explain as well.
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+import numpy as np
+
 from pellet_study.calibrate import fit_many, problem_of
-from pellet_study.compare import Calibrated, Comparison, calibrate, compare
-from pellet_study.diagnose import GATE, GATE_AGAIN, TIE, Diagnosis, diagnose, unit_of_chi2
+from pellet_study.compare import VISIBLE, Calibrated, Comparison, absorbed, calibrate, compare
+from pellet_study.diagnose import GATE, GATE_AGAIN, TIE, Diagnosis, diagnose, refits, signatures, unit_of_chi2
 from pellet_study.evidence import Evidence
 from pellet_study.model import Engine, Model
 from pellet_study.study import Study
@@ -87,6 +90,13 @@ def refine(
             state = calibrate(study, Model(study, engines=state.model.engines), _kept(state))
             comparison = compare(study, state, level_out=propose)
             steps.append(comparison)
+        while (trade := swap(study, state, added)) is not None:
+            old, new, values = trade
+            study = study.without_effect(old).with_effect(new, values)
+            added[added.index(old)] = new
+            state = calibrate(study, Model(study, engines=state.model.engines), _kept(state), extra_starts=1)
+            comparison = compare(study, state, level_out=propose)
+            steps.append(comparison)
         if len(added) >= most:
             diagnoses.append(diagnose(study, state, GATE_AGAIN, comparison, propose, rank))
             break
@@ -119,3 +129,30 @@ def needless(study: Study, state: Calibrated, added: list[str]) -> list[str]:
     losses = [f.chi2 - state.fit.chi2 for f in fit_many(state.model, state.evidence, problems)]
     least = min(losses)
     return [added[losses.index(least)]] if least < TIE * unit_of_chi2(state, state.fit) else []
+
+
+def swap(study: Study, state: Calibrated, added: list[str]) -> tuple[str, str, dict[str, float]] | None:
+    """The effect added earlier, the absent one in its place that fits best, and its values, if that gains more than 4.
+
+    The last one added is left alone: it has just been chosen among its rivals.
+    """
+    catalogue, engines, trades = study.catalogue, state.model.engines, []
+    for old in added[:-1]:
+        smaller = study.without_effect(old)
+        without = calibrate(smaller, Model(smaller, engines=engines), state.evidence, extra_starts=1)
+        names = [
+            n
+            for n in smaller.absent()
+            if n != old and set(catalogue.effects[n].rigs) & set(catalogue.effects[old].rigs)
+        ]
+        basis = absorbed(without.fit.jacobian)
+        shown = [s for s in signatures(without, names, basis) if s.visible_share >= VISIBLE and s.length >= 1.0]
+        if not shown:
+            continue
+        fits, _ = refits(without, names, shown, np.array([s.unit for s in shown]) @ without.fit.residual)
+        trades += [(f.chi2, old, new, f) for (new,), f in fits.items()]
+    best = min(trades, key=lambda trade: trade[0], default=None)
+    if best is None or best[0] > state.fit.chi2 - TIE * unit_of_chi2(state, best[3]):
+        return None
+    _, old, new, fitted = best
+    return old, new, {p: fitted.point[state.model.column[f"{new}.{p}"]] for p in catalogue.effects[new].parameters}

@@ -5,6 +5,10 @@ from shutil import copytree
 
 import pytest
 
+from pellet_study.challenge import trials, twins
+from pellet_study.compare import calibrate
+from pellet_study.measurements import Measurement
+from pellet_study.refine import swap
 from pellet_study.study import load
 from tests.make_study import command, incline
 
@@ -70,6 +74,29 @@ def test_add_drop_and_history(tmp_path):
 def test_refused(tmp_path, words, message, capsys):
     status, _ = command(words[0], incline(tmp_path), words[1])
     assert status == 2 and message in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("first", ["plastic_restitution", "reading_offset"])
+def test_an_effect_that_a_rival_beats_is_swapped(first):
+    """Without noise: plastic restitution and load-dependent friction are hidden, the first was added or something else."""
+    truth = trials.hidden(("plastic_restitution", "load_dependent_friction"), 8.0)
+    rows = [
+        Measurement(rig, observable, float(y), float(sd), 5, given, {}, "", 0.0, "fit", "", 0)
+        for (rig, observable, given), y, sd in zip(
+            twins.conditions(), truth.readings, trials.true_sd(truth.readings), strict=True
+        )
+    ]
+    added = [first, "load_dependent_friction"]
+    study = twins.study(rows)
+    for name in added:
+        study = study.with_effect(name, {study.catalogue.effects[name].amount: 0.01})
+    found = swap(study, calibrate(study), added)
+    if first == "plastic_restitution":
+        assert found is None
+    else:
+        old, new, values = found
+        assert (old, new) == (first, "plastic_restitution")
+        assert values["inverse_yield_speed"] == pytest.approx(truth.effects["plastic_restitution"], rel=0.05)
 
 
 def test_history_of_nothing(tmp_path, capsys):
