@@ -316,24 +316,18 @@ def exceedance(null: np.ndarray, value: float) -> float:
     return float((len(null) - np.searchsorted(null, value, side="left") + 1) / (len(null) + 1))
 
 
-def drifts(
-    state: Calibrated, rigs: frozenset[str] | None = None, effects: Sequence[str] = (), birge: bool = True
-) -> tuple[Drift, ...]:
+def drifts(state: Calibrated, rigs: frozenset[str] | None = None, birge: bool = True) -> tuple[Drift, ...]:
     """Constancy of every calibrated constant over every condition, the worst first; p is over all of them together.
 
     Parameters
     ----------
-    rigs, effects : only in these rigs, only of these effects' constants
+    rigs : only in these
     birge : in units of the residual scatter where it exceeds the replicates' (`standardised`); without, in units of the
         replicates' scatter where that is known, as lack of fit is, so that misfit elsewhere excuses nothing
     """
     names = [state.model.names[c] for c in state.fit.problem.free]
     labels, directions = drift_directions(state.model, state.evidence, state.fit, names)
-    inside = [
-        k
-        for k, (name, rig, *_) in enumerate(labels)
-        if (rigs is None or rig in rigs) and (not effects or name.split(".")[0] in effects)
-    ]
+    inside = [k for k, (_, rig, *_) in enumerate(labels) if rigs is None or rig in rigs]
     labels = [labels[k] for k in inside]
     if not labels:
         return ()

@@ -6,7 +6,7 @@
    the residual scatter where that exceeds the replicates' (Birge).
 3. Refit of every candidate within its physical range; ranking by chi2; a candidate explains where neither lack of fit
    nor a drifting constant is left, and where its own fitted size is one number over all sizes, conditions and rigs.
-   All that explain and lie within 4 of the best are tied; pairs are looked at where no single effect explains.
+   All that explain and lie within TIE of the best are tied; pairs are looked at where no single effect explains.
 4. The next measurement: where the rivals' predictions differ most over the uncertainty of that difference
    (Buzzi-Ferraris & Forzatti 1983, doi:10.1016/0009-2509(83)80012-8; Box & Hill 1967, doi:10.2307/1266318).
 """
@@ -21,6 +21,7 @@ from scipy import special
 from pellet_study.calibrate import Fit, Problem, fit_many
 from pellet_study.compare import (
     DRIFT,
+    EXCESS,
     LACK_IN_A_RIG,
     VISIBLE,
     Calibrated,
@@ -43,10 +44,10 @@ from pellet_study.study import Study
 
 GATE = 0.042  # for the first effect; lack of fit and drift spend the rest of 5 %
 GATE_AGAIN = 0.002  # for each further one
-LEFT_OVER = 0.002  # p of lack of fit or drift that an explanation may not leave in the rigs where it acts
-VARIES = 0.01  # p of the added effect's own drift that an explanation may not leave
+LEFT_OVER = 0.002  # p of lack of fit that an explanation may not leave in the rigs where it acts
+LEFT_DRIFT = 0.006  # p of drift that it may not leave there, in a constant or in its own amount
 LEFT_OVERALL = 0.001  # p of lack of fit that it may not leave over all rigs
-TIE = 4.0  # chi2 within which rivals explain alike
+TIE = 4.2  # chi2 within which rivals explain alike
 PAIR_GAIN = 12.0  # chi2 that each member of a pair must bring
 LEFT_NAMED = 0.002  # p of another candidate's signature that an explanation may not leave
 DISTINCT = 0.25  # share of a signature that must be left beside an explanation to be tested
@@ -420,8 +421,7 @@ def judge(state: Calibrated, fits: Iterable[Fit], shown: Sequence[Signature] = (
 
     It may leave neither lack of fit nor a drifting constant behind, first of all where it acts, nor the signature of
     another candidate; and its own amount must be one number: the same in all rigs where it acts, drifting with none of
-    their conditions. A look-alike seldom is, and that direction alone shows it with less misfit than the
-    test over all directions needs.
+    their conditions. A look-alike seldom is.
     """
     rig_of = np.array([state.model.cases[c].rig for c in state.evidence.case], dtype=object)
     failing = failing_rigs(state)
@@ -437,11 +437,8 @@ def judge(state: Calibrated, fits: Iterable[Fit], shown: Sequence[Signature] = (
         local = lack_of_fit(fitted, here.evidence, mine)
         explains = (overall is None or overall >= LEFT_OVERALL) and (local is None or local >= LEFT_OVER)
         if explains:
-            own = drifts(replace(here, fit=fitted), effects=names, birge=False)
-            explains = not own or own[0].p >= VARIES
-        if explains:
             left = drifts(replace(here, fit=fitted), rigs, birge=False)
-            explains = not left or left[0].p >= LEFT_OVER
+            explains = not left or left[0].p >= LEFT_DRIFT
         if explains:
             explains = signature_left(here, fitted, names, shown) >= LEFT_NAMED
         found.append(Rival(names, fit, explains))
@@ -475,7 +472,7 @@ def unit_of_chi2(state: Calibrated, fitted: Fit) -> float:
     """The chi2 that counts as one: a fit's residual scatter where it exceeds the stated one or none is stated."""
     dof = max(len(state.evidence.case) - len(fitted.problem.free), 1)
     ratio = fitted.chi2 / dof
-    return max(1.0, ratio) if state.evidence.scale_known else max(ratio, 1e-12)
+    return max(1.0, ratio / EXCESS) if state.evidence.scale_known else max(ratio, 1e-12)
 
 
 def penalised(rival: Rival, state: Calibrated) -> float:
@@ -490,7 +487,7 @@ def explanations(
     scores: np.ndarray,
     plausible: set,
 ) -> list[Rival]:
-    """The tie set: the single effects, else the pairs, that explain the data and lie within 4 of the best."""
+    """The tie set: the single effects, else the pairs, that explain the data and lie within TIE of the best."""
     good = [r for r in singles if r.explains]
     best = min(good, key=lambda r: penalised(r, state)) if good else None
     doubtful = best is None

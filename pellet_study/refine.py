@@ -116,7 +116,7 @@ def _kept(state: Calibrated) -> Evidence | None:
 
 
 def needless(study: Study, state: Calibrated, added: list[str]) -> list[str]:
-    """The added effect that can be left out at the least loss, if that is less than 4; the last one is always kept."""
+    """The added effect that can be left out at the least loss, if that is less than a tie allows; the last one is always kept."""
     if len(added) < 2:
         return []
     problems = []
@@ -132,7 +132,7 @@ def needless(study: Study, state: Calibrated, added: list[str]) -> list[str]:
 
 
 def swap(study: Study, state: Calibrated, added: list[str]) -> tuple[str, str, dict[str, float]] | None:
-    """The effect added earlier, the absent one in its place that fits best, and its values, if that gains more than 4.
+    """The effect added earlier, the absent one in its place that fits best, and its values, if that gains more than a tie allows.
 
     The last one added is left alone: it has just been chosen among its rivals.
     """
