@@ -16,6 +16,7 @@ from pellet_study.model import Model, key
 
 WELL_KNOWN = 1000  # degrees of freedom given to a standard deviation that is stated without its readings
 SPAN_FOR_PROPORTION = 2.0  # readings must span this factor before noise is allowed to grow with them
+ENOUGH_FOR_A_RULE = 4  # stated sds of fewer rows can follow one by chance
 AGREE = (
     1e-4  # p of equal scatter below which rows keep their own; at 1 % one honest data set in 25 would lose its pooling
 )
@@ -110,6 +111,7 @@ def gather(model: Model, rows: Sequence[Measurement]) -> Evidence:
     dof, chi2, chi2_dof, unknown = 0.0, 0.0, 0, np.zeros(len(members), dtype=bool)
     groups: dict[tuple[str, str], list[int]] = {}
     group_dof: list[int] = []
+    ruled: list[int] = []  # groups whose sds follow a rule: it is known as well as the readings of all of them tell
     for k, cell in enumerate(members):
         groups.setdefault((cell[0].rig, cell[0].observable), []).append(k)
     for (rig, observable), indices in groups.items():
@@ -136,8 +138,11 @@ def gather(model: Model, rows: Sequence[Measurement]) -> Evidence:
         stated = g[~blank]
         if len(stated):
             readings = count[stated] - np.array([len(members[k]) for k in stated])
-            if (readings > 0).any():
-                sd[stated] = _steadied(mean[stated], sd[stated], readings)
+            if (readings > 0).all():
+                if not _by_rule(mean[stated], sd[stated]):
+                    sd[stated] = _steadied(mean[stated], sd[stated], readings)
+                elif len(stated) >= ENOUGH_FOR_A_RULE:
+                    ruled.append(len(group_dof))
             dof += (readings.sum() + repeats[stated].sum()) if (readings > 0).any() else WELL_KNOWN
             expected = repeats[stated].sum()
             if expected:
@@ -152,6 +157,8 @@ def gather(model: Model, rows: Sequence[Measurement]) -> Evidence:
         elif blank.any() and not unknown[g].all():
             chi2, chi2_dof = chi2 + float((within[g] / sd[g] ** 2).sum()), chi2_dof + int(repeats[g].sum())
         group_dof.append(int(dof - before))
+    together = sum(group_dof[k] for k in ruled)
+    group_dof = [together if k in ruled else known for k, known in enumerate(group_dof)]
     number = np.empty(len(members), dtype=int)
     for k, indices in enumerate(groups.values()):
         number[indices] = k
@@ -197,11 +204,13 @@ def _stated(cell: list[Measurement]) -> float:
     return float(np.sqrt(sum(row.n * row.sd**2 for row in cell) / sum(row.n for row in cell)))
 
 
+def _by_rule(mean: np.ndarray, sd: np.ndarray) -> bool:
+    """Whether stated sds follow a rule of the reading (a constant, a share, or between), and are no row's own."""
+    return bool(np.ptp(np.log(sd) - 0.5 * np.log(_shapes(mean)), axis=1).min() < 0.05)
+
+
 def _steadied(mean: np.ndarray, sd: np.ndarray, dof: np.ndarray) -> np.ndarray:
     """Stated sds of few readings each are estimates: pooled where they agree with one another, else as stated."""
-    spreads = np.ptp(np.log(sd) - 0.5 * np.log(_shapes(mean)), axis=1)
-    if spreads.min() < 0.05 or (dof <= 0).any():
-        return sd  # stated by a rule, not found from each row's readings
     smooth = pooled_sd(mean, sd, dof)
     ratio = sd / smooth
     bartlett = float((-dof * np.log(ratio**2)).sum())
