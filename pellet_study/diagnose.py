@@ -45,9 +45,9 @@ from pellet_study.study import Study
 GATE = 0.042  # for the first effect; lack of fit and drift spend the rest of 5 %
 GATE_AGAIN = 0.004  # for each further one
 LEFT_OVER = 0.002  # p of lack of fit that an explanation may not leave in the rigs where it acts
-LEFT_DRIFT = 0.006  # p of drift that it may not leave there, in a constant or in its own amount
+LEFT_DRIFT = 0.01  # p of drift that it may not leave there, in a constant or in its own amount
 LEFT_OVERALL = 0.001  # p of lack of fit that it may not leave over all rigs
-TIE = 4.2  # chi2 within which rivals explain alike
+TIE = 4.3  # chi2 within which rivals explain alike
 PAIR_GAIN = 12.0  # chi2 that each member of a pair must bring
 LEFT_NAMED = 0.002  # p of another candidate's signature that an explanation may not leave
 DISTINCT = 0.25  # share of a signature that must be left beside an explanation to be tested
