@@ -164,7 +164,6 @@ def diagnose(
     warnings = list(comparison.warnings)
     names = [name for name in study.absent() if name in state.model.effects]
     basis = absorbed(fitted.jacobian[:, ~fitted.at_bound])  # a constant that sticks at its bound absorbs nothing
-    dof = len(evidence.case) - basis.shape[1]
     spare = len(evidence.case) - absorbed(fitted.jacobian).shape[1]
     hopeless = spare < 1 or (spare < 2 and not evidence.scale_known)
     dear = state.model.levels <= FEW_LEVELS

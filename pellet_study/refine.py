@@ -145,7 +145,7 @@ def swap(study: Study, state: Calibrated, added: list[str]) -> tuple[str, str, d
             for n in smaller.absent()
             if n != old and set(catalogue.effects[n].rigs) & set(catalogue.effects[old].rigs)
         ]
-        basis = absorbed(without.fit.jacobian)
+        basis = absorbed(without.fit.jacobian[:, ~without.fit.at_bound])
         shown = [s for s in signatures(without, names, basis) if s.visible_share >= VISIBLE and s.length >= 1.0]
         if not shown:
             continue
