@@ -2,8 +2,8 @@
 
 On closed-form twins of the rigs (`--on twins`, fast), on stored YADE predictions of the bench demonstration
 (`--on predictions`: the first call simulates for about an hour on two cores), or on YADE from the readings on: sealed
-trials on seeds (`--on yade`, about a minute each and core) or heaps (`--on heaps`, two minutes each and core after 40
-for what all share). Every call goes on where the last one stopped.
+trials on seeds (`--on yade`, about a minute each and core) or heaps (`--on heaps`, half a minute each and core after ten
+minutes for what all share). Every call goes on where the last one stopped.
 
 example: pellet-study challenge results/hidden_effect --on yade --minutes 30
 """
