@@ -11,12 +11,15 @@ from functools import cache
 import numpy as np
 
 from pellet_study.calibrate import fit, problem_of
+from pellet_study.catalogue import Acting
 from pellet_study.challenge import twins
 from pellet_study.compare import calibrate, compare
 from pellet_study.diagnose import diagnose
+from pellet_study.engine import Request
 from pellet_study.evidence import Evidence
-from pellet_study.model import Model
+from pellet_study.model import ClosedForm, Model
 from pellet_study.refine import Refinement, refine
+from pellet_study.study import Study
 
 
 @dataclass(frozen=True)
@@ -44,10 +47,25 @@ class Outcome:
     size_ratio: float
 
 
+class Together(ClosedForm):
+    """The twins' answers to all points at once: their formulas hold with an effect at zero too."""
+
+    def _means(self, request: Request) -> np.ndarray:
+        acting = {name: Acting(None, values) for name, values in request.effects.items()}
+        return self.catalogue.rigs[request.rig].predict(request.parameters, request.conditions, acting)[
+            request.observable
+        ]
+
+
+def model_of(study: Study) -> Model:
+    """The model of a study of the twins."""
+    return Model(study, engines=dict.fromkeys(study.catalogue.rigs, Together(study.catalogue)))
+
+
 @cache
 def _base() -> Model:
     rows = [twins.measurement(*c, [1.0, 2.0]) for c in twins.conditions()]
-    return Model(twins.study(rows, outside=True))
+    return model_of(twins.study(rows, outside=True))
 
 
 def readings_of(effects: Mapping[str, float]) -> np.ndarray:
@@ -157,7 +175,7 @@ def trial(
     """One sealed trial."""
     rows = noisy_rows(truth.readings, np.random.default_rng(seed), tau, held_out, stated)
     study = twins.study(rows)
-    answer = refine(study, calibrate(study, extra_starts=1), propose=False, rank=False)
+    answer = refine(study, calibrate(study, model_of(study), extra_starts=1), propose=False, rank=False)
     found = outcome(answer, truth)
     if answer.tied and held_out:  # a tie adds nothing: what would the best of it do?
         found = replace(found, rms_after=compare(answer.best_of_tie()).holdout_rms_error or np.nan)
@@ -178,7 +196,7 @@ def trial_next(truth: Truth, seed, at_random: bool = False) -> tuple[Outcome, st
     rng = np.random.default_rng(seed)
     rows = noisy_rows(truth.readings, rng)
     study = twins.study(rows)
-    state = calibrate(study)
+    state = calibrate(study, model_of(study))
     first = diagnose(study, state)
     proposal = first.next_measurement
     if proposal is None:
@@ -189,7 +207,7 @@ def trial_next(truth: Truth, seed, at_random: bool = False) -> tuple[Outcome, st
         rig, observable, given = case.rig, case.observable, dict(case.conditions)
     else:
         rig, observable, given = proposal.rig, proposal.observable, proposal.conditions
-    model = Model(twins.study([*rows, measurement(rig, observable, given, [1.0, 2.0])], outside=True))
+    model = model_of(twins.study([*rows, measurement(rig, observable, given, [1.0, 2.0])], outside=True))
     point = model.base.copy()
     for name, value in twins.TRUTH.items():
         point[model.column[name]] = value
@@ -198,4 +216,5 @@ def trial_next(truth: Truth, seed, at_random: bool = False) -> tuple[Outcome, st
     value = model.predict(point).mean[0, -1]
     readings = value + twins.reading_sd(rig, value) * rng.standard_normal(twins.REPEATS)
     more = [*rows, measurement(rig, observable, given, readings, line=len(rows) + 2)]
-    return outcome(refine(twins.study(more), propose=False, rank=False), truth), rig
+    study = twins.study(more)
+    return outcome(refine(study, calibrate(study, model_of(study)), propose=False, rank=False), truth), rig
