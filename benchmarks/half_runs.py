@@ -1,19 +1,17 @@
-"""A calibration in few heaps against the whole chain, on the same five targets: results/checks/half_runs.csv and figure.
+"""A calibration in few heaps against the whole chain, on five targets: results/checks/half_runs.csv and figure.
 
     .venv/bin/python benchmarks/half_runs.py [--workers 1]
 
-Heaps of 8 g (481 grains, cheap), 40 mm below the outlet. The targets are angles; for each the chain runs with the paper's designs (12 + 5, 6 and 17
-heaps, a heap a point) until the mean at its optimum has a standard error of 0.3 deg, and `calibrate --few` until its line
-has. Then CHECKS heaps at the setting that --few found, with seeds of their own, say what its angle is; they belong to
-neither. The cost of a heap is its number of time steps, in cpu seconds by one heap that is timed. Stored: resumable.
+Heaps of 8 g (481 grains, cheap), 40 mm below the outlet. For each target angle `calibrate --few` runs until its line has a
+standard error of 0.5 deg; then CHECKS heaps at the setting it found, with seeds of their own, say what its angle is (they
+count for neither). The chain's heaps need no target: its designs (a heap a point as in the paper: 17 + 6 + 17; three a point
+as in results/full: 41 + 18 + 41) and as many heaps in the validation as the scatter of a heap asks for the same standard
+error. The cost of a heap is its number of time steps. Stored: resumable.
 """
 
 import argparse
-import resource
-import time
 from dataclasses import replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 import pandas as pd
@@ -25,8 +23,8 @@ from yade_scripts.powder_scene import damper_share
 ROOT = Path(__file__).resolve().parent.parent
 FOLDER = ROOT / "results" / "checks"
 MASS_G, HEIGHT_MM = 8.0, 40.0
-TARGETS = (38.0, 39.5, 41.0, 42.5, 44.0)
-SIZES = powder_chain.Sizes(repeats=1, centre_points=5, fewest=8, most=60, wanted_error=0.3)
+TARGETS = (33.5, 34.5, 35.5, 36.5, 37.5)
+WANTED_ERROR = 0.5  # deg
 CHECKS = 12
 
 
@@ -35,18 +33,7 @@ def steps(runs: pd.DataFrame, store: Path) -> float:
     rows = pd.concat(pd.read_csv(f) for f in store.glob("repose-*.csv")).drop_duplicates("id").set_index("id")
     kept = runs[runs["id"].isin(rows.index)]
     share = kept["D"].map(damper_share).to_numpy()
-    return float((pd.to_numeric(rows.loc[kept["id"], "end_time_s"]).to_numpy() / share).sum())
-
-
-def cpu_of_a_step(plan: powder_chain.Plan) -> float:
-    """Cpu seconds of one heap at the middle of the box over its relative cost."""
-    with TemporaryDirectory() as folder:
-        chain = powder_chain.Chain(plan, Path(folder), Path(folder) / "store", SIZES, workers=1, quiet=True)
-        before = resource.getrusage(resource.RUSAGE_CHILDREN)
-        runs = chain.heaps("validation", [{}])
-        after = resource.getrusage(resource.RUSAGE_CHILDREN)
-        spent = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
-        return spent / steps(runs, chain.store)
+    return float(np.nansum(pd.to_numeric(rows.loc[kept["id"], "end_time_s"]).to_numpy() / share))
 
 
 def main() -> None:
@@ -55,68 +42,66 @@ def main() -> None:
     workers = parser.parse_args().workers
     plan = powder_chain.plan_of(study.load(ROOT / "results" / "full"))
     plan = replace(plan, conditions={"powder_mass_g": MASS_G, "outlet_height_mm": HEIGHT_MM})
-    rate = cpu_of_a_step(plan)
     rows = []
     for target in TARGETS:
         folder = FOLDER / ".half_runs" / f"{target:g}"
-        chain = powder_chain.Chain(
-            replace(plan, target=target), folder, FOLDER / ".half_runs" / "store", SIZES, workers, quiet=True
-        )
-        decisions = chain.run()
-        runs = pd.read_csv(folder / "runs.csv")
-        whole = {"heaps": len(runs), "cpu_s": rate * steps(runs, chain.store)}
-        found = powder_path.calibrate(chain)
-        few = pd.concat(pd.read_csv(folder / "path" / f"{name}.csv") for name in ("screening", "runs"))
-        begun = time.perf_counter()
+        store = FOLDER / ".half_runs" / "store"
+        chain = powder_chain.Chain(replace(plan, target=target), folder, store, workers=workers, quiet=True)
+        found = powder_path.calibrate(chain, WANTED_ERROR)
+        screening, path = (pd.read_csv(folder / "path" / f"{name}.csv") for name in ("screening", "runs"))
         checked = chain.heaps("validation", [found["point"]] * CHECKS, first=5_000)
         angle = checked.loc[checked["verdict"] == "ok", OBSERVABLE]
+        validation = np.ceil((found["scatter_deg"] / WANTED_ERROR) ** 2)
+        beside = steps(path, store) / len(path)  # of a heap that is not in the screening
+        first = steps(screening, store)
+        whole = {n: n * first + (5 + n * 6 + n * 12 + 5 + validation) * beside for n in (1, 3)}
+        few = first + steps(path, store)
         rows.append(
             {
                 "target_deg": target,
-                "chain_mean_deg": decisions["validation"]["mean_deg"],
-                "chain_standard_error_deg": decisions["validation"]["standard_error_deg"],
-                "chain_heaps": whole["heaps"],
-                "chain_cpu_s": whole["cpu_s"],
-                "few_standard_error_deg": found["standard_error_deg"],
+                "found_deg": float(angle.mean()),
+                "found_error_deg": float(angle.std(ddof=1) / np.sqrt(len(angle))),
+                "line_error_deg": found["standard_error_deg"],
+                "met": found["met"],
                 "few_heaps": found["heaps"],
-                "few_cpu_s": rate * steps(few, chain.store),
-                "few_met": found["met"],
-                "few_checked_mean_deg": float(angle.mean()),
-                "few_checked_standard_error_deg": float(angle.std(ddof=1) / np.sqrt(len(angle))),
-                "few_point": ", ".join(f"{n} {found['point'][n]:.3f}" for n in found["factors"]),
+                "paper_design_heaps": 40 + validation,
+                "full_chain_heaps": 100 + validation,
+                "cost_over_paper_design": few / whole[1],
+                "cost_over_full_chain": few / whole[3],
+                "setting": ", ".join(f"{n} {found['point'][n]:.3f}" for n in found["factors"]),
             }
         )
-        print(
-            pd.DataFrame(rows[-1:]).round(3).to_string(index=False), f"{time.perf_counter() - begun:.0f} s", flush=True
-        )
+        print(pd.DataFrame(rows[-1:]).round(3).to_string(index=False, header=len(rows) == 1), flush=True)
     table = pd.DataFrame(rows).round(4)
     table.to_csv(FOLDER / "half_runs.csv", index=False, lineterminator="\n")
     look.save(drawn(table), FOLDER / "figures" / "half_runs.png")
-    share = table["few_cpu_s"] / table["chain_cpu_s"]
-    print(
-        f"cpu seconds of --few over the chain's: median {share.median():.2f} ({share.min():.2f} to {share.max():.2f})"
-    )
+    for name in ("paper_design", "full_chain"):
+        share = table[f"cost_over_{name}"]
+        print(f"time steps of --few over {name}: median {share.median():.2f} ({share.min():.2f} to {share.max():.2f})")
 
 
 @look.styled
 def drawn(table: pd.DataFrame):
-    """Cost of both, and what the setting of --few gives, for each target."""
+    """Heaps of each way, and what the setting of --few gives, for each target."""
     figure, (cost, angle) = look.new_axes(8.0, 3.6, ncols=2)
     place = np.arange(len(table))
-    cost.bar(place - 0.2, table["chain_cpu_s"], 0.4, color=look.MODEL, label="whole chain")
-    cost.bar(place + 0.2, table["few_cpu_s"], 0.4, color=look.MEASURED, label="calibrate --few")
+    for shift, name, label, colour in (
+        (-0.27, "full_chain", "chain, three heaps a point", look.MODEL),
+        (0.0, "paper_design", "chain, a heap a point", look.LIGHT),
+        (0.27, "few", "calibrate --few", look.MEASURED),
+    ):
+        cost.bar(place + shift, table[f"{name}_heaps"], 0.27, color=colour, label=label)
     cost.set_xticks(place, [f"{t:g}" for t in table["target_deg"]])
     cost.set_xlabel("target (deg)")
-    cost.set_ylabel("cpu seconds to a standard error of 0.3 deg")
+    cost.set_ylabel("heaps to a standard error of 0.5 deg")
     cost.legend()
-    for name, shift, colour in (("chain", -0.06, look.MODEL), ("few_checked", 0.06, look.MEASURED)):
-        angle.errorbar(
-            table["target_deg"] + shift, table[f"{name}_mean_deg"] - table["target_deg"],
-            1.96 * table[f"{name}_standard_error_deg"], fmt="o", color=colour, capsize=3,
-        )  # fmt: skip
+    angle.errorbar(
+        table["target_deg"], table["found_deg"] - table["target_deg"], 1.96 * table["found_error_deg"],
+        fmt="o", color=look.MEASURED, capsize=3,
+    )  # fmt: skip
     angle.axhline(0, color="black", linewidth=0.8)
     angle.set_xlabel("target (deg)")
-    angle.set_ylabel("angle at the setting found, minus target (deg)")
+    angle.set_ylabel("angle of the setting found by --few, minus target (deg)")
     return figure
 
 
