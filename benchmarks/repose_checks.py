@@ -1,11 +1,11 @@
-"""What the simulated repose angle depends on besides the powder: a table with error bars, results/checks/repose.csv.
+"""What the simulated repose angle depends on besides the powder: tables with error bars in results/checks.
 
-    .venv/bin/python benchmarks/repose_checks.py [--seeds 4] [--workers 1]
+    .venv/bin/python benchmarks/repose_checks.py [TABLE ...] [--workers 1]
 
-Each line of SETTINGS is changed alone, from the defaults of the rig at the middle of the paper's Table 6; every setting
-has the same seeds. Finished heaps are kept in results/checks/.store. --amplification does the table of
-angles at amplifications 4, 6 and 8 with the surface energy scaled and unscaled; --steps the safe time step at low
-restitution.
+`repose` changes each line of SETTINGS alone, from the defaults of the rig at the middle of the paper's Table 6;
+`repose_amplification` has the angle at amplifications 4, 6 and 8 with the surface energy scaled and unscaled;
+`repose_time_steps` looks for the step at which low restitution with adhesion blows up. All three together take some 35
+cpu minutes; finished heaps are kept in results/checks/.store. Every table has a file of its heaps, a row each, beside it.
 """
 
 import argparse
@@ -15,8 +15,10 @@ import numpy as np
 import pandas as pd
 
 from pellet_study import dispatch, rigs
+from yade_scripts import contacts, powder_scene
 
 FOLDER = Path(__file__).resolve().parent.parent / "results" / "checks"
+FIRST_SEED, SEEDS, SEEDS_OF_DEFAULTS, SEEDS_OF_STEPS = 90_000, 3, 12, 2
 MIDDLE = {
     "powder_restitution": 0.15,
     "powder_static_friction": 0.8,
@@ -28,6 +30,8 @@ MIDDLE = {
 }
 SETTINGS = [
     ("defaults", {}),
+    ("number of grains", {"powder_mass_g": 8.32}),
+    ("number of grains", {"powder_mass_g": 49.9}),
     ("stiffness", {"stiffness_scale": 3e-4}),
     ("stiffness", {"stiffness_scale": 3e-3}),
     ("stiffness", {"stiffness_scale": 1e-2}),
@@ -35,34 +39,38 @@ SETTINGS = [
     ("time step", {"time_step_fraction": 0.25}),
     ("rest detection", {"rest_energy": 2e-4}),
     ("rest detection", {"rest_energy": 1e-2}),
-    ("number of grains", {"powder_mass_g": 10.0}),
-    ("number of grains", {"powder_mass_g": 50.0, "outlet_height_mm": 70.0}),
-    ("outlet size", {"outlet_diameter_mm": 24.0}),
-    ("outlet size", {"outlet_diameter_mm": 36.0}),
-    ("fill height", {"funnel_diameter_mm": 40.0}),
+    ("fill height", {"funnel_diameter_mm": 36.0}),
     ("fill height", {"funnel_diameter_mm": 60.0}),
+    ("outlet size", {"outlet_diameter_mm": 20.0}),
+    ("outlet size", {"outlet_diameter_mm": 30.0}),
     ("outlet height", {"outlet_height_mm": 50.0}),
+    ("outlet height", {"outlet_height_mm": 70.0}),
     ("outlet height", {"outlet_height_mm": 100.0}),
+    ("vibration", {"vibration_mm": 0.0}),
     ("vibration", {"vibration_mm": 0.2}),
     ("vibration", {"vibration_mm": 0.8}),
+    ("vibration", {"vibration_hz": 100.0}),
     ("damping", {"cohesive_frictional_damping": 0.1}),
     ("damping", {"cohesive_frictional_damping": 0.2}),
     ("damping", {"cohesive_frictional_damping": 0.5}),
 ]
-AMPLIFICATION = [
-    ("scaled" if exponent else "unscaled", {"amplification": k, "surface_energy_exponent": exponent})
-    for k in (4.0, 6.0, 8.0)
-    for exponent in (2.0, 0.0)
+AMPLIFICATION = [("either way", {"amplification": 6.0})] + [
+    (way, {"amplification": k, "surface_energy_exponent": exponent})
+    for k in (4.0, 8.0)
+    for way, exponent in (("scaled", 2.0), ("unscaled", 0.0))
 ]
+LIGHT = {"powder_mass_g": 12.0}  # 721 grains
+LOW = {"powder_restitution": 0.05, "powder_steel_restitution": 0.05}
 STEPS = [
-    ("e = 0.05, hertz_mindlin", {"powder_restitution": 0.05, "powder_steel_restitution": 0.05, "time_step_fraction": f})
-    for f in (0.02, 0.04, 0.06, 0.09, 0.13, 0.18)
-] + [
-    ("e = 0.15, hertz_mindlin", {"time_step_fraction": f}) for f in (0.04, 0.09, 0.13, 0.18)
-] + [
-    ("steel e = 0.05, cohesive_frictional", {"powder_steel_restitution": 0.05, "time_step_fraction": f})
-    for f in (0.09, 0.18, 0.25, 0.32)
-]  # fmt: skip
+    (what, LIGHT | low | {"time_step_fraction": fraction})
+    for what, low in (
+        ("A = D = 0.15, hertz_mindlin", {}),
+        ("A = D = 0.05, hertz_mindlin", LOW),
+        ("D = 0.05, cohesive_frictional", {"powder_steel_restitution": 0.05}),
+    )
+    for fraction in (0.12, 0.18, 0.25, 0.32, 0.4)
+]
+TABLES = {"repose": SETTINGS, "repose_amplification": AMPLIFICATION, "repose_time_steps": STEPS}
 
 
 def case(seed: int, changes: dict, law: str | None = None) -> dict:
@@ -70,54 +78,162 @@ def case(seed: int, changes: dict, law: str | None = None) -> dict:
     known = rigs.rig("repose")
     groups = {g: {k: v for k, v in changes.items() if k in getattr(known, g)} for g in ("conditions", "numerics")}
     parameters = MIDDLE | {k: v for k, v in changes.items() if k in known.parameters}
+    assert set(changes) <= {*parameters, *groups["conditions"], *groups["numerics"]}, changes
     return rigs.case("repose", contact_law=law, seed=seed, parameters=parameters, **groups)
 
 
-def table(settings: list, seeds: int, workers: int | None) -> pd.DataFrame:
-    """A row a setting: mean angle, standard error over seeds, scatter, what was lost, seconds a heap."""
-    rows = []
-    for what, changes in settings:
-        law = "hertz_mindlin" if "hertz" in what else None
-        heaps = dispatch.run(
-            [case(90_000 + k, changes, law) for k in range(seeds)], FOLDER / ".store", workers=workers, quiet=True
-        )
+def cases(name: str) -> list[tuple[str, str, dict]]:
+    """(what, setting in words, case) of every heap of a table."""
+    found = []
+    for what, changes in TABLES[name]:
+        seeds = SEEDS_OF_STEPS if name == "repose_time_steps" else SEEDS if changes else SEEDS_OF_DEFAULTS
+        setting = ", ".join(f"{k} {v:g}" for k, v in changes.items() if k not in LIGHT | LOW or len(changes) == 1)
+        law = "hertz_mindlin" if "hertz_mindlin" in what else None
+        found += [(what, setting or "all defaults", case(FIRST_SEED + k, changes, law)) for k in range(seeds)]
+    return found
+
+
+def step(case: dict) -> tuple[float, float]:
+    """Time step of a case in s, and in Rayleigh steps of its smallest grain."""
+    given, conditions, numerics = case["parameters"], case["conditions"], case["numerics"]
+    powder = contacts.Material(
+        given["powder_density_kg_m3"],
+        numerics["stiffness_scale"] * given["powder_shear_modulus_pa"],
+        given["powder_poisson_ratio"],
+    )
+    radius = powder_scene.grain_radius(conditions["particle_diameter_um"], conditions["amplification"])
+    restitution = given["powder_steel_restitution"]
+    if case["contact_law"] == "hertz_mindlin":
+        restitution = min(restitution, given["powder_restitution"])
+    share = numerics["time_step_fraction"] * powder_scene.damper_share(restitution)
+    return share * contacts.rayleigh_step(radius * (1 - numerics["size_spread"]), powder), share
+
+
+def heaps(name: str, workers: int | None) -> pd.DataFrame:
+    """A row a heap, simulated or from the store."""
+    wanted = cases(name)
+    rows = dispatch.run([case for *_, case in wanted], FOLDER / ".store", workers=workers, quiet=True)
+    steps = [step(case) for *_, case in wanted]
+    told = pd.DataFrame(
+        {
+            "what": [what for what, *_ in wanted],
+            "setting": [setting for _, setting, _ in wanted],
+            "seed": rows["seed"],
+            "contact_law": rows["contact_law"],
+            "of_rayleigh_step": [round(share, 4) for _, share in steps],
+            "status": rows["status"],
+        }
+    )
+    observables = list(rigs.rig("repose").observables)
+    told[observables] = rows[observables].astype(float)
+    told["million_grain_steps"] = told["grains"] * told["end_time_s"] / [1e6 * seconds for seconds, _ in steps]
+    return told
+
+
+def summary(told: pd.DataFrame) -> pd.DataFrame:
+    """A row a setting: mean angle with its standard error, and its change from the first of the table.
+
+    Two or three heaps know little of their own scatter: both errors come from the standard deviation over seeds pooled
+    over the whole table. In the table of time steps the change is from the smallest step of the same law.
+    """
+    groups = dict(list(told.groupby(["what", "setting"], sort=False)))
+    angles = {key: heaps["repose_angle_deg"].dropna() for key, heaps in groups.items()}
+    several = [angle for angle in angles.values() if len(angle) > 1]
+    pooled = np.sqrt(
+        sum(((angle - angle.mean()) ** 2).sum() for angle in several) / sum(len(angle) - 1 for angle in several)
+    )
+    rows, by_what = [], told["of_rayleigh_step"].nunique() > 4
+    for (what, setting), heaps in groups.items():
+        angle = angles[what, setting]
+        base = angles[next(key for key in groups if key[0] == what or not by_what)]
         good = heaps[heaps["status"] == "ok"]
-        angle = good["repose_angle_deg"].astype(float)
-        seconds = pd.read_csv(FOLDER / ".store" / "timings.csv").drop_duplicates("id", keep="last").set_index("id")
         rows.append(
             {
                 "what": what,
-                "setting": ", ".join(f"{k} {v:g}" for k, v in changes.items()) or "all defaults",
-                "grains": int(good["grains"].iloc[0]) if len(good) else None,
-                "bond_number": round(float(good["bond_number"].iloc[0]), 3) if len(good) else None,
-                "angle_deg": round(angle.mean(), 3),
-                "standard_error_deg": round(angle.std(ddof=1) / np.sqrt(len(angle)), 3),
-                "sd_over_seeds_deg": round(angle.std(ddof=1), 3),
+                "setting": setting,
+                "of_rayleigh_step": heaps["of_rayleigh_step"].iloc[0],
                 "heaps": len(heaps),
                 "lost": len(heaps) - len(good),
-                "largest_overlap": round(float(good["largest_overlap"].max()), 3) if len(good) else None,
-                "wall_seconds": round(float(seconds["seconds"].reindex(good["id"]).mean()), 1),
+                "grains": good["grains"].mean(),
+                "bond_number": good["bond_number"].mean().round(3),
+                "angle_deg": angle.mean().round(2),
+                "standard_error_deg": round(pooled / np.sqrt(len(angle)), 2) if len(angle) else None,
+                "sd_over_seeds_deg": angle.std(ddof=1).round(2),
+                "change_deg": round(angle.mean() - base.mean(), 2),
+                "change_error_deg": round(pooled * np.sqrt(1 / len(angle) + 1 / len(base)), 2)
+                if len(angle) and len(base) and base is not angle
+                else None,
+                "direction_error_deg": good["direction_error_deg"].mean().round(2),
+                "largest_overlap": good["largest_overlap"].max().round(3),
+                "flow_time_s": good["flow_time_s"].mean().round(2),
+                "end_time_s": good["end_time_s"].mean().round(2),
+                "million_grain_steps": good["million_grain_steps"].mean().round(1),
                 "first_loss": next(iter(heaps.loc[heaps["status"] != "ok", "status"]), ""),
             }
         )
-        print(pd.DataFrame(rows[-1:]).to_string(header=False, index=False), flush=True)
-    return pd.DataFrame(rows)
+    table = pd.DataFrame(rows)
+    table["grains"] = table["grains"].astype("Int64")
+    return table
+
+
+def draw(tables: dict, file: Path) -> None:
+    """Mean angle of every setting with its standard error, the defaults as a band."""
+    import matplotlib
+
+    matplotlib.use("Agg")
+    import matplotlib.pyplot as plt
+
+    from pellet_study.look import BAND, MEASURED, MODEL, STYLE
+
+    rows = pd.concat([tables["repose"], tables["repose_amplification"].iloc[1:]]).reset_index(drop=True)
+    rows["what"] = rows["what"].replace({way: f"amplification, {way}" for way in ("scaled", "unscaled")})
+    rows["setting"] = rows["setting"].str.replace(r", surface_energy_exponent \d", "", regex=True)
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(7, 0.22 * len(rows) + 0.8), layout="constrained")
+        place = np.arange(len(rows))[::-1]
+        middle, scatter = rows.loc[0, ["angle_deg", "sd_over_seeds_deg"]]
+        axes.axvspan(middle - scatter, middle + scatter, color=BAND, zorder=0)
+        axes.axvline(middle, color="0.6", linewidth=0.8, zorder=0)
+        axes.errorbar(rows["angle_deg"], place, xerr=rows["standard_error_deg"], fmt="o", color=MODEL, markersize=4)
+        for at, row in zip(place, rows.itertuples(), strict=True):
+            if row.lost:
+                verdict = row.first_loss.split(":")[0].split("Failed ")[-1]
+                where = row.angle_deg + row.standard_error_deg if row.lost < row.heaps else middle
+                axes.annotate(
+                    f"{row.lost} of {row.heaps}: {verdict}",
+                    (where, at),
+                    (6, 0),
+                    textcoords="offset points",
+                    va="center",
+                    fontsize=7,
+                    color=MEASURED,
+                )
+        axes.set_yticks(
+            place, [f"{what}: {setting}" for what, setting in zip(rows["what"], rows["setting"], strict=True)]
+        )
+        axes.set(xlabel="repose angle, deg (bars: standard error; band: sd over seeds of the defaults)")
+        file.parent.mkdir(exist_ok=True)
+        figure.savefig(file, dpi=150)
 
 
 def main() -> None:
+    """Simulate what is missing, write the tables, and the figure where its two tables are there."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=4)
+    parser.add_argument("tables", nargs="*", metavar="TABLE", help=f"any of {', '.join(TABLES)}; default all")
     parser.add_argument("--workers", type=int)
-    parser.add_argument("--amplification", action="store_true")
-    parser.add_argument("--steps", action="store_true")
     given = parser.parse_args()
-    name, settings = "repose", SETTINGS
-    if given.amplification:
-        name, settings = "repose_amplification", AMPLIFICATION
-    if given.steps:
-        name, settings = "repose_time_steps", STEPS
-    found = table(settings, given.seeds, given.workers)
-    found.to_csv(FOLDER / f"{name}.csv", index=False, lineterminator="\n")
+    unknown = set(given.tables) - set(TABLES)
+    if unknown:
+        parser.error(f"no table {', '.join(sorted(unknown))}; expected any of {', '.join(TABLES)}")
+    for name in given.tables or TABLES:
+        told = heaps(name, given.workers)
+        told.to_csv(FOLDER / f"{name}_heaps.csv", index=False, float_format="%.6g", lineterminator="\n")
+        table = summary(told)
+        table.to_csv(FOLDER / f"{name}.csv", index=False, lineterminator="\n")
+        print(table.to_string(index=False), flush=True)
+    drawn = ("repose", "repose_amplification")
+    if all((FOLDER / f"{name}.csv").exists() for name in drawn):
+        draw({name: pd.read_csv(FOLDER / f"{name}.csv") for name in drawn}, FOLDER / "figures" / "repose.png")
 
 
 if __name__ == "__main__":
