@@ -1,0 +1,333 @@
+"""Our heap against LIGGGHTS on the same grains in the same funnel: cpu seconds and repose angles of both.
+
+    .venv/bin/python benchmarks/heap_liggghts.py [--results results/checks]
+
+The LIGGGHTS twin (Debian's package liggghts, 3.8.0) starts from the same places, radii and velocities, in the same funnel
+of 24 facets, with gate, plate and vibration, and goes through the same fill, flow and rest with the same looks. Its
+laws: `hertz`, `tangential history`, `rolling_friction epsd2` with the same largest moment, `cohesion sjkr2` with the energy
+density whose greatest pull is the pull-off force. It runs at customary settings (the paper's shear modulus, 0.2 of the
+Rayleigh step) and with grains as soft as ours. Both angles are read by yade_scripts/heap.py. Cpu seconds are user plus
+system time of the process, its start included. Writes a row a heap to liggghts_heaps.csv as they come (a second call
+goes on where the first was stopped) and liggghts.csv; some 12 cpu minutes.
+"""
+
+import argparse
+import json
+import os
+import shutil
+import subprocess
+import sys
+import tempfile
+from math import cos, pi, sin, sqrt
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+
+from pellet_study import rigs, yade
+from yade_scripts import contacts, heap, powder_scene, repose
+
+FRICTIONAL, COHESIVE = 0.0, 0.2  # J/m2
+FIRST_SEED = 91_000
+ERROR_DEG = 0.5  # whose cost is asked for
+LONGEST_FLOW = 150.0  # in fall times of a grain, 1.7 s; ours flows for 0.8 s
+LEAST_MODULUS = 5e6  # Pa, below which LIGGGHTS wants to be told that the grains are soft
+
+
+def middle(seed: int, surface_energy: float, law: str, numerics: dict) -> dict:
+    """The middle of the paper's Table 6 with another surface energy."""
+    parameters = {
+        "powder_restitution": 0.15,
+        "powder_static_friction": 0.8,
+        "powder_rolling_friction": 0.35,
+        "powder_steel_restitution": 0.15,
+        "powder_steel_static_friction": 0.72,
+        "powder_steel_rolling_friction": 0.29,
+        "powder_surface_energy": surface_energy,
+    }
+    return rigs.case("repose", contact_law=law, seed=seed, parameters=parameters, numerics=numerics)
+
+
+def child(command: list[str], folder: Path, environment: dict | None = None) -> float:
+    """Run a program, what it says in said.txt; its user and system seconds, children included."""
+    with open(folder / "said.txt", "w") as said:
+        started = subprocess.Popen(
+            command, cwd=folder, env=environment, stdin=subprocess.DEVNULL, stdout=said, stderr=subprocess.STDOUT
+        )
+        *_, used = os.wait4(started.pid, 0)
+    return used.ru_utime + used.ru_stime
+
+
+def ours(case: dict, folder: Path) -> dict:
+    """One heap by YADE, run by hand as the README says."""
+    (folder / "cases.json").write_text(json.dumps([{"id": "heap"} | {k: v for k, v in case.items() if k != "rig"}]))
+    script = rigs.SCRIPTS / "repose.py"
+    seconds = child(yade.command(script, "cases.json", "observables.csv"), folder, yade.environment(str(folder)))
+    row = pd.read_csv(folder / "observables.csv").iloc[0]
+    return {"angle_deg": row["repose_angle_deg"], "cpu_seconds": seconds, "status": row["status"]}
+
+
+def grains(case: dict) -> tuple[np.ndarray, np.ndarray, np.ndarray, powder_scene.Funnel]:
+    """Radii, places and velocities at the start, and the funnel, drawn as the rig draws them."""
+    conditions, numerics = case["conditions"], case["numerics"]
+    draw = np.random.default_rng(case["seed"])
+    radius = powder_scene.grain_radius(conditions["particle_diameter_um"], conditions["amplification"])
+    mass = powder_scene.grain_mass(radius, case["parameters"]["powder_density_kg_m3"])
+    number = round(1e-3 * conditions["powder_mass_g"] / mass)
+    radii = powder_scene.radii(number, radius, numerics["size_spread"], draw)
+    funnel = powder_scene.Funnel(
+        0.5e-3 * numerics["outlet_diameter_mm"],
+        0.5e-3 * numerics["funnel_diameter_mm"],
+        1e-3 * conditions["outlet_height_mm"],
+    )
+    places = funnel.lattice(number, float(radii.max()))
+    turn = draw.uniform(0, 2 * pi)
+    x = cos(turn) * places[:, 0] - sin(turn) * places[:, 1]
+    y = sin(turn) * places[:, 0] + cos(turn) * places[:, 1]
+    speeds = powder_scene.FASTEST_START * draw.uniform(-1, 1, (number, 3))
+    return radii, np.column_stack([x, y, places[:, 2]]), speeds, funnel
+
+
+def stl(file: Path, rings: list[tuple[float, float, float, float]]) -> None:
+    """Rings of two triangles a facet between (radius, radius, height, height): the rig's funnel."""
+    lines = ["solid steel"]
+    around = 2 * pi * np.arange(powder_scene.SEGMENTS + 1) / powder_scene.SEGMENTS
+    for low, high, bottom, top in rings:
+        for a, b in zip(around, around[1:], strict=False):
+            corners = [(r * cos(t), r * sin(t), z) for r, z in ((low, bottom), (high, top)) for t in (a, b)]
+            for three in ((0, 1, 2), (1, 3, 2)):
+                lines += ["facet normal 0 0 0", "outer loop"]
+                lines += ["vertex " + " ".join(f"{v:.9e}" for v in corners[c]) for c in three]
+                lines += ["endloop", "endfacet"]
+    file.write_text("\n".join([*lines, "endsolid steel", ""]))
+
+
+def energy_density(pull_off: float, young: float, effective_radius: float) -> float:
+    """Energy density k of `sjkr2` whose greatest pull is the pull-off force F, J/m3.
+
+    The contact pulls with k 2 pi (2 R*) d - 4/3 E* R*^(1/2) d^(3/2) = b d - a d^(3/2), at most 4 b^3/(27 a^2).
+    """
+    a = 4 / 3 * young * sqrt(effective_radius)
+    return (27 / 4 * a**2 * pull_off) ** (1 / 3) / (4 * pi * effective_radius)
+
+
+def effective_young(first: contacts.Material, second: contacts.Material) -> float:
+    """E* of two solids, Pa."""
+    return 1 / sum((1 - each.poisson_ratio**2) / each.young for each in (first, second))
+
+
+def script(case: dict, radius: float, bottom: float, top: float) -> str:
+    """The twin's input: the rig's protocol, looked at as often."""
+    given, numerics = case["parameters"], case["numerics"]
+    softer = numerics["stiffness_scale"]
+    powder = contacts.Material(
+        given["powder_density_kg_m3"], softer * given["powder_shear_modulus_pa"], given["powder_poisson_ratio"]
+    )
+    steel = powder_scene.STEEL._replace(shear_modulus=softer * powder_scene.STEEL.shear_modulus)
+    step = numerics["time_step_fraction"] * contacts.rayleigh_step(radius * (1 - numerics["size_spread"]), powder)
+    fall = sqrt(radius / powder_scene.GRAVITY)
+    look = round(repose.LOOK * fall / step)
+    unit = powder_scene.grain_mass(radius, powder.density) * powder_scene.GRAVITY * radius
+    pull_off = contacts.pull_off_force(given["powder_surface_energy"], radius / 2)
+    density = energy_density(pull_off, effective_young(powder, powder), radius / 2)
+    cohesion = "cohesion sjkr2" if density else ""
+    law = f"model hertz tangential history {cohesion} rolling_friction epsd2"
+
+    def pairs(name: str, grain: float, wall: float) -> str:
+        return f"fix {name} all property/global {name} peratomtypepair 2 {grain:g} {wall:g} {wall:g} {wall:g}"
+
+    def until(phase: str, done: str, longest: float, verdict: bool = True) -> list[str]:
+        """Look again and again until it is done or took too long (in fall times of a grain)."""
+        return [
+            f"variable looks loop {max(2, round(longest / repose.LOOK))}",
+            f"label {phase}",
+            f"run {look}",
+            f'if "{done}" then "jump SELF {phase}_done"',
+            "next looks",
+            f"jump SELF {phase}",
+            *([f'print "VERDICT the {phase} takes too long"', "quit"] if verdict else []),
+            f"label {phase}_done",
+            "variable looks delete",
+        ]
+
+    moduli = [min(m.young for m in (powder, steel)), max(m.young for m in (powder, steel))]
+    return "\n".join(
+        [
+            "log none",
+            "units si",
+            "atom_style granular",
+            "atom_modify map array",
+            "boundary f f f",
+            "newton off",
+            "communicate single vel yes",
+            *(["soft_particles yes"] if moduli[0] < LEAST_MODULUS else []),
+            *(["hard_particles yes"] if moduli[1] > 1e9 else []),
+            "read_data grains.data",
+            f"neighbor {0.4 * radius:g} bin",
+            "neigh_modify delay 0",
+            f"fix youngsModulus all property/global youngsModulus peratomtype {powder.young:g} {steel.young:g}",
+            f"fix poissonsRatio all property/global poissonsRatio peratomtype {powder.poisson_ratio:g} {steel.poisson_ratio:g}",
+            pairs("coefficientRestitution", given["powder_restitution"], given["powder_steel_restitution"]),
+            pairs("coefficientFriction", given["powder_static_friction"], given["powder_steel_static_friction"]),
+            # the largest moment is coefficient x R* x force, R* = R/2 between grains and R at a wall
+            pairs(
+                "coefficientRollingFriction",
+                2 * given["powder_rolling_friction"],
+                given["powder_steel_rolling_friction"],
+            ),
+            *([pairs("cohesionEnergyDensity", density, 0.0)] if density else []),
+            f"pair_style gran {law}",
+            "pair_coeff * *",
+            f"timestep {step:g}",
+            f"fix gravity all gravity {powder_scene.GRAVITY} vector 0 0 -1",
+            "fix funnel all mesh/surface file funnel.stl type 2 curvature 1e-6",
+            f"fix plate_wall all wall/gran {law} primitive type 2 zplane 0.0",
+            f"fix funnel_wall all wall/gran {law} mesh n_meshes 1 meshes funnel",
+            f"fix gate_wall all wall/gran {law} primitive type 2 zplane {bottom:g}",
+            "fix move all nve/sphere",
+            "compute energy all ke",
+            f'variable above atom "z > {bottom:g}"',
+            "compute inside all reduce sum v_above",
+            "thermo_style custom step atoms c_energy c_inside",
+            f"thermo {look}",
+            "thermo_modify norm no lost ignore",
+            "variable number equal atoms",
+            "run 0",
+            f'variable unit equal "{unit:g} * v_number"',
+            *until("fill", f"$(c_energy) < $({repose.SETTLED:g} * v_unit)", repose.MOST_FILL),
+            "unfix gate_wall",
+            f"fix shake all move/mesh mesh funnel wiggle amplitude 0. 0. {1e-3 * numerics['vibration_mm']:g} "
+            f"period {1 / numerics['vibration_hz']:g}",
+            *until("flow", f"$(c_inside) <= $({repose.LEFT_BEHIND:g} * v_number)", LONGEST_FLOW),
+            *until("drip", "$(c_inside) == 0", repose.PATIENCE, verdict=False),
+            "unfix shake",
+            "unfix funnel_wall",
+            "unfix funnel",
+            *until("rest", f"$(c_energy) < $({numerics['rest_energy']:g} * v_unit)", repose.MOST_REST),
+            *until("stay", f"$(c_energy) < $({numerics['rest_energy']:g} * v_unit)", repose.MOST_REST),
+            "write_dump all custom heap.dump x y z radius",
+            'print "VERDICT ok"',
+            "",
+        ]
+    )
+
+
+def twin(case: dict, folder: Path) -> dict:
+    """One heap by LIGGGHTS."""
+    radii, places, speeds, funnel = grains(case)
+    stl(
+        folder / "funnel.stl",
+        [
+            (funnel.outlet, funnel.width, funnel.bottom, funnel.bottom + funnel.cone),
+            (funnel.width, funnel.width, funnel.bottom + funnel.cone, funnel.bottom + funnel.top),
+        ],
+    )
+    data = [
+        "grains",
+        "",
+        f"{len(radii)} atoms",
+        "2 atom types",
+        "-0.2 0.2 xlo xhi",
+        "-0.2 0.2 ylo yhi",
+        f"-0.01 {funnel.bottom + funnel.top + 0.02:g} zlo zhi",
+    ]
+    density = case["parameters"]["powder_density_kg_m3"]
+    data += ["", "Atoms", ""]
+    data += [
+        f"{k} 1 {2 * r:.9e} {density:g} " + " ".join(f"{v:.9e}" for v in place)
+        for k, (r, place) in enumerate(zip(radii, places, strict=True), 1)
+    ]
+    data += ["", "Velocities", ""]
+    data += [f"{k} " + " ".join(f"{v:.9e}" for v in speed) + " 0 0 0" for k, speed in enumerate(speeds, 1)]
+    (folder / "grains.data").write_text("\n".join([*data, ""]))
+    (folder / "in.heap").write_text(script(case, float(radii.mean()), funnel.bottom, funnel.top))
+    seconds = child(["liggghts", "-in", "in.heap"], folder)
+    said = (folder / "said.txt").read_text()
+    status = next((line[8:] for line in said.splitlines() if line.startswith("VERDICT ")), None)
+    if status is None:
+        sys.exit(f"liggghts came to no verdict; it said at last:\n{said[-2000:]}")
+    angle = np.nan
+    if status == "ok":
+        table = np.loadtxt(folder / "heap.dump", skiprows=9)
+        if len(table) < len(radii):
+            status = f"{len(radii) - len(table)} grains were lost"
+        else:
+            angle = heap.repose_angle(table[:, :3], table[:, 3]).mean_deg
+    return {"angle_deg": angle, "cpu_seconds": seconds, "status": status}
+
+
+CUSTOMARY = {"stiffness_scale": 1.0, "time_step_fraction": 0.2}
+ENGINES = {  # engine: how, law, numerics, heaps without and with cohesion
+    "YADE hertz_mindlin, ours": (ours, "hertz_mindlin", {}, (4, 2)),
+    "YADE cohesive_frictional, ours": (ours, "cohesive_frictional", {}, (2, 2)),
+    "LIGGGHTS, our stiffness, half our step": (twin, "hertz_mindlin", {"time_step_fraction": 0.09}, (4, 2)),
+    "LIGGGHTS, our stiffness and step": (twin, "hertz_mindlin", {}, (1, 0)),
+    "LIGGGHTS, customary": (twin, "hertz_mindlin", CUSTOMARY, (2, 1)),
+}
+
+
+def heaps(file: Path) -> pd.DataFrame:
+    """A row a heap: those in the file, and what is missing there, the first seeds of all engines first."""
+    names = ["engine", "surface_energy_j_m2", "seed", "angle_deg", "cpu_seconds", "status"]
+    rows = pd.read_csv(file) if file.exists() else pd.DataFrame(columns=names)
+    done = set(map(tuple, rows[names[:3]].to_numpy()))
+    for k in range(max(max(numbers) for *_, numbers in ENGINES.values())):
+        for energy, place in ((FRICTIONAL, 0), (COHESIVE, 1)):
+            for engine, (simulate, law, numerics, numbers) in ENGINES.items():
+                about = (engine, energy, FIRST_SEED + k)
+                if k < numbers[place] and about not in done:
+                    with tempfile.TemporaryDirectory(prefix="heap-") as folder:
+                        found = simulate(middle(about[2], energy, law, numerics), Path(folder))
+                    rows.loc[len(rows)] = dict(zip(names, about, strict=False)) | found
+                    print(rows.iloc[[-1]].to_string(header=False, index=False), flush=True)
+                    rows.to_csv(file, index=False, float_format="%.6g", lineterminator="\n")
+    return rows
+
+
+def summary(rows: pd.DataFrame) -> pd.DataFrame:
+    """A row an engine and surface energy; few heaps know little of their scatter, so that it is pooled over all rows."""
+    groups = dict(list(rows.groupby(["engine", "surface_energy_j_m2"], sort=False)))
+    several = [angle for group in groups.values() if len(angle := group["angle_deg"].dropna()) > 1]
+    freedom = sum(len(angle) - 1 for angle in several)
+    pooled = sqrt(sum(((angle - angle.mean()) ** 2).sum() for angle in several) / freedom)
+    table = []
+    for (engine, energy), group in groups.items():
+        angle, cpu = group["angle_deg"].dropna(), group["cpu_seconds"].mean()
+        lost = group.loc[group["status"] != "ok", "status"]
+        table.append(
+            {
+                "engine": engine,
+                "surface_energy_j_m2": energy,
+                "heaps": len(group),
+                "lost": len(lost),
+                "angle_deg": angle.mean(),
+                "standard_error_deg": pooled / sqrt(len(angle)) if len(angle) else np.nan,
+                "sd_deg": angle.std(ddof=1),
+                "pooled_sd_deg": pooled,
+                "cpu_seconds_a_heap": cpu,
+                "cpu_seconds_for_half_a_degree": cpu * (pooled / ERROR_DEG) ** 2 if len(angle) else np.nan,
+                "first_loss": next(iter(lost), ""),
+            }
+        )
+    return pd.DataFrame(table).sort_values(["surface_energy_j_m2", "engine"]).round(3)
+
+
+def main() -> None:
+    """Simulate what is missing, write both tables, print the ratios."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--results", type=Path, default=Path("results/checks"), metavar="FOLDER")
+    folder = parser.parse_args().results
+    if not shutil.which("liggghts"):
+        sys.exit("liggghts was not found; on Debian or Ubuntu: apt-get install liggghts")
+    table = summary(heaps(folder / "liggghts_heaps.csv"))
+    table.to_csv(folder / "liggghts.csv", index=False, lineterminator="\n")
+    print(table.to_string(index=False))
+    for energy, rows in table.groupby("surface_energy_j_m2"):
+        cost = rows.set_index("engine")["cpu_seconds_for_half_a_degree"].dropna()
+        for mine in (name for name in cost.index if name.startswith("YADE")):
+            for other in (name for name in cost.index if name.startswith("LIGGGHTS")):
+                print(f"G = {energy:g}: {mine} needs {cost[mine] / cost[other]:.2f} of the cpu seconds of {other}")
+
+
+if __name__ == "__main__":
+    main()
