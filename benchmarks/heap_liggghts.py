@@ -58,12 +58,19 @@ def child(command: list[str], folder: Path, environment: dict | None = None) -> 
     return used.ru_utime + used.ru_stime
 
 
-def ours(case: dict, folder: Path) -> dict:
-    """One heap by YADE, run by hand as the README says."""
+def by_hand(case: dict, folder: Path) -> tuple[pd.Series, float]:
+    """The rig's row of one case run by hand, as the README says, and its cpu seconds."""
     (folder / "cases.json").write_text(json.dumps([{"id": "heap"} | {k: v for k, v in case.items() if k != "rig"}]))
-    script = rigs.SCRIPTS / "repose.py"
-    seconds = child(yade.command(script, "cases.json", "observables.csv"), folder, yade.environment(str(folder)))
-    row = pd.read_csv(folder / "observables.csv").iloc[0]
+    command = yade.command(rigs.SCRIPTS / "repose.py", "cases.json", "observables.csv")
+    seconds = child(command, folder, yade.environment(str(folder)))
+    if not (folder / "observables.csv").exists():
+        sys.exit(f"YADE left no result; it said at last:\n{(folder / 'said.txt').read_text()[-2000:]}")
+    return pd.read_csv(folder / "observables.csv").iloc[0], seconds
+
+
+def ours(case: dict, folder: Path) -> dict:
+    """One heap by YADE."""
+    row, seconds = by_hand(case, folder)
     return {"angle_deg": row["repose_angle_deg"], "cpu_seconds": seconds, "status": row["status"]}
 
 

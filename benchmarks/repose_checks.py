@@ -1,6 +1,6 @@
 """What the simulated repose angle depends on besides the powder: tables with error bars in results/checks.
 
-    .venv/bin/python benchmarks/repose_checks.py [TABLE ...] [--seeds 2] [--workers 1]
+    .venv/bin/python benchmarks/repose_checks.py [TABLE ...] [--seeds 2] [--workers 1] [--stored]
 
 `repose` changes each line of SETTINGS alone, from the defaults of the rig at the middle of the paper's Table 6;
 `repose_amplification` has the angle of 12 g at amplifications 4, 6 and 8 with the surface energy scaled and unscaled;
@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 
 from pellet_study import dispatch, rigs
+from pellet_study.store import Store, key
 from yade_scripts import contacts, powder_scene
 
 FOLDER = Path(__file__).resolve().parent.parent / "results" / "checks"
@@ -30,26 +31,26 @@ MIDDLE = {
 }
 SETTINGS = [  # what, changes, seeds
     ("defaults", {}, 12),
-    ("number of grains", {"powder_mass_g": 8.32}, 4),
-    ("number of grains", {"powder_mass_g": 49.9}, 2),
-    ("stiffness", {"stiffness_scale": 3e-4}, 3),
-    ("stiffness", {"stiffness_scale": 3e-3}, 3),
-    ("stiffness", {"stiffness_scale": 1e-2}, 2),
-    ("time step", {"time_step_fraction": 0.09}, 3),
-    ("time step", {"time_step_fraction": 0.25}, 3),
-    ("rest detection", {"rest_energy": 2e-4}, 3),
-    ("rest detection", {"rest_energy": 1e-2}, 3),
-    ("fill height", {"funnel_diameter_mm": 36.0}, 3),
-    ("fill height", {"funnel_diameter_mm": 60.0}, 3),
-    ("outlet size", {"outlet_diameter_mm": 20.0}, 3),
-    ("outlet size", {"outlet_diameter_mm": 30.0}, 3),
-    ("outlet height", {"outlet_height_mm": 50.0}, 3),
-    ("outlet height", {"outlet_height_mm": 100.0}, 3),
+    ("damping", {"cohesive_frictional_damping": 0.1}, 3),
+    ("damping", {"cohesive_frictional_damping": 0.5}, 3),
     ("vibration", {"vibration_mm": 0.0}, 3),
     ("vibration", {"vibration_mm": 0.2}, 3),
     ("vibration", {"vibration_mm": 0.8}, 3),
-    ("damping", {"cohesive_frictional_damping": 0.1}, 3),
-    ("damping", {"cohesive_frictional_damping": 0.5}, 3),
+    ("outlet height", {"outlet_height_mm": 50.0}, 3),
+    ("outlet height", {"outlet_height_mm": 100.0}, 3),
+    ("outlet size", {"outlet_diameter_mm": 20.0}, 3),
+    ("outlet size", {"outlet_diameter_mm": 30.0}, 3),
+    ("fill height", {"funnel_diameter_mm": 36.0}, 3),
+    ("fill height", {"funnel_diameter_mm": 60.0}, 3),
+    ("rest detection", {"rest_energy": 1e-2}, 3),
+    ("rest detection", {"rest_energy": 2e-4}, 3),
+    ("stiffness", {"stiffness_scale": 3e-4}, 3),
+    ("stiffness", {"stiffness_scale": 3e-3}, 3),
+    ("stiffness", {"stiffness_scale": 1e-2}, 2),
+    ("time step", {"time_step_fraction": 0.25}, 3),
+    ("time step", {"time_step_fraction": 0.09}, 3),
+    ("number of grains", {"powder_mass_g": 8.32}, 4),
+    ("number of grains", {"powder_mass_g": 49.9}, 2),
 ]
 LIGHT = {"powder_mass_g": 12.0}  # 721 grains at amplification 6
 AMPLIFICATION = [("either way", LIGHT | {"amplification": 6.0}, 3)] + [
@@ -107,9 +108,13 @@ def step(case: dict) -> tuple[float, float]:
     return share * contacts.rayleigh_step(radius * (1 - numerics["size_spread"]), powder), share
 
 
-def heaps(name: str, most: int, workers: int | None) -> pd.DataFrame:
-    """A row a heap, simulated or from the store."""
+def heaps(name: str, most: int, workers: int | None, stored: bool) -> pd.DataFrame:
+    """A row a heap, simulated or from the store; only those in the store where asked so."""
     wanted = cases(name, most)
+    if stored:
+        with Store(FOLDER / ".store") as store:
+            known = store.rows(rigs.rig("repose")).index
+        wanted = [each for each in wanted if key(each[2]) in known]
     rows = dispatch.run([case for *_, case in wanted], FOLDER / ".store", workers=workers, quiet=True)
     steps = [step(case) for *_, case in wanted]
     told = pd.DataFrame(
@@ -135,7 +140,7 @@ def summary(told: pd.DataFrame) -> pd.DataFrame:
     over the whole table. In the table of time steps the change is from the smallest step of the same law.
     """
     groups = dict(list(told.groupby(["what", "setting"], sort=False)))
-    angles = {key: heaps["repose_angle_deg"].dropna() for key, heaps in groups.items()}
+    angles = {group: heaps["repose_angle_deg"].dropna() for group, heaps in groups.items()}
     several = [angle for angle in angles.values() if len(angle) > 1]
     pooled = np.sqrt(
         sum(((angle - angle.mean()) ** 2).sum() for angle in several) / sum(len(angle) - 1 for angle in several)
@@ -143,7 +148,7 @@ def summary(told: pd.DataFrame) -> pd.DataFrame:
     rows, by_what = [], told["contact_law"].nunique() > 1
     for (what, setting), heaps in groups.items():
         angle = angles[what, setting]
-        base = angles[next(key for key in groups if key[0] == what or not by_what)]
+        base = angles[next(group for group in groups if group[0] == what or not by_what)]
         good = heaps[heaps["status"] == "ok"]
         rows.append(
             {
@@ -220,12 +225,13 @@ def main() -> None:
     parser.add_argument("tables", nargs="*", metavar="TABLE", help=f"any of {', '.join(TABLES)}; default all")
     parser.add_argument("--seeds", type=int, default=100, help="at most so many heaps of a setting; default all")
     parser.add_argument("--workers", type=int)
+    parser.add_argument("--stored", action="store_true", help="simulate nothing: what the store has")
     given = parser.parse_args()
     unknown = set(given.tables) - set(TABLES)
     if unknown:
         parser.error(f"no table {', '.join(sorted(unknown))}; expected any of {', '.join(TABLES)}")
     for name in given.tables or TABLES:
-        told = heaps(name, given.seeds, given.workers)
+        told = heaps(name, given.seeds, given.workers, given.stored)
         told.to_csv(FOLDER / f"{name}_heaps.csv", index=False, float_format="%.6g", lineterminator="\n")
         table = summary(told)
         table.to_csv(FOLDER / f"{name}.csv", index=False, lineterminator="\n")
