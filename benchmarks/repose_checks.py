@@ -2,9 +2,9 @@
 
     .venv/bin/python benchmarks/repose_checks.py [TABLE ...] [--seeds 2] [--workers 1] [--stored]
 
-`repose` changes each line of SETTINGS alone, from the defaults of the rig at the middle of the paper's Table 6;
-`repose_amplification` has the angle of 12 g at amplifications 4, 6 and 8 with the surface energy scaled and unscaled;
-`repose_time_steps` looks for the step at which 8 g of low restitution with adhesion blow up. All three together take some 35
+`repose` changes one setting after the other at the middle of the paper's Table 6, most of them on a third of the grains
+in a funnel of the same shape; `repose_amplification` has the angle at amplifications 4, 6 and 8 with the surface energy
+scaled and unscaled; `repose_time_steps` looks for the step at which low restitution with adhesion goes wrong. All three together take some 35
 cpu minutes; finished heaps are kept in results/checks/.store. Every table has a file of its heaps, a row each, beside it.
 """
 
@@ -29,45 +29,53 @@ MIDDLE = {
     "powder_steel_rolling_friction": 0.29,
     "powder_surface_energy": 0.2,
 }
-SETTINGS = [  # what, changes, seeds
-    ("defaults", {}, 12),
-    ("damping", {"cohesive_frictional_damping": 0.1}, 3),
-    ("damping", {"cohesive_frictional_damping": 0.5}, 3),
-    ("vibration", {"vibration_mm": 0.0}, 3),
-    ("vibration", {"vibration_mm": 0.2}, 3),
-    ("vibration", {"vibration_mm": 0.8}, 3),
-    ("outlet height", {"outlet_height_mm": 50.0}, 3),
-    ("outlet height", {"outlet_height_mm": 100.0}, 3),
-    ("outlet size", {"outlet_diameter_mm": 20.0}, 3),
-    ("outlet size", {"outlet_diameter_mm": 30.0}, 3),
-    ("fill height", {"funnel_diameter_mm": 36.0}, 3),
-    ("fill height", {"funnel_diameter_mm": 60.0}, 3),
-    ("rest detection", {"rest_energy": 1e-2}, 3),
-    ("rest detection", {"rest_energy": 2e-4}, 3),
-    ("stiffness", {"stiffness_scale": 3e-4}, 3),
-    ("stiffness", {"stiffness_scale": 3e-3}, 3),
-    ("stiffness", {"stiffness_scale": 1e-2}, 2),
-    ("time step", {"time_step_fraction": 0.25}, 3),
-    ("time step", {"time_step_fraction": 0.09}, 3),
-    ("number of grains", {"powder_mass_g": 8.32}, 4),
-    ("number of grains", {"powder_mass_g": 49.9}, 2),
+LIGHT = {  # 500 grains in a funnel of the same shape: what a dozen settings with seeds can be had for
+    "powder_mass_g": 8.32,
+    "outlet_height_mm": 41.6,
+    "outlet_diameter_mm": 16.6,
+    "funnel_diameter_mm": 30.5,
+}
+FULL = {}  # 1,503 grains
+SETTINGS = [  # what, base, changes, heaps
+    ("500 grains", LIGHT, {}, 8),
+    ("time step", LIGHT, {"time_step_fraction": 0.09}, 3),
+    ("time step", LIGHT, {"time_step_fraction": 0.25}, 3),
+    ("stiffness", LIGHT, {"stiffness_scale": 3e-4}, 3),
+    ("stiffness", LIGHT, {"stiffness_scale": 1e-2}, 3),
+    ("rest detection", LIGHT, {"rest_energy": 1e-2}, 3),
+    ("rest detection", LIGHT, {"rest_energy": 2e-4}, 3),
+    ("damping", LIGHT, {"cohesive_frictional_damping": 0.1}, 3),
+    ("damping", LIGHT, {"cohesive_frictional_damping": 0.5}, 3),
+    ("vibration", LIGHT, {"vibration_mm": 0.0}, 3),
+    ("vibration", LIGHT, {"vibration_mm": 0.8}, 3),
+    ("outlet height", LIGHT, {"outlet_height_mm": 35.0}, 3),
+    ("outlet height", LIGHT, {"outlet_height_mm": 60.0}, 3),
+    ("outlet size", LIGHT, {"outlet_diameter_mm": 14.0}, 3),
+    ("outlet size", LIGHT, {"outlet_diameter_mm": 21.0}, 3),
+    ("fill height", LIGHT, {"funnel_diameter_mm": 25.0}, 3),
+    ("fill height", LIGHT, {"funnel_diameter_mm": 42.0}, 3),
+    ("1,503 grains", FULL, {}, 6),
+    ("powder in the same funnel", FULL, {"powder_mass_g": 8.32}, 2),
+    ("powder in the same funnel", FULL, {"powder_mass_g": 49.9}, 1),
 ]
-LIGHT = {"powder_mass_g": 12.0}  # 721 grains at amplification 6
-AMPLIFICATION = [("either way", LIGHT | {"amplification": 6.0}, 3)] + [
-    (way, LIGHT | {"amplification": k, "surface_energy_exponent": exponent}, 3)
-    for k in (8.0, 4.0)
+AMPLIFICATION = [("either way", FULL, {"amplification": 6.0}, 6)] + [
+    (way, FULL, {"amplification": k, "surface_energy_exponent": exponent}, heaps)
+    for k, heaps in ((8.0, 3), (4.0, 2))
     for way, exponent in (("scaled", 2.0), ("unscaled", 0.0))
 ]
-LIGHTER = {"powder_mass_g": 8.32}  # 500 grains
-LOW = {"powder_restitution": 0.05, "powder_steel_restitution": 0.05}
 STEPS = [
-    (what, LIGHTER | low | {"time_step_fraction": fraction}, 2)
-    for what, low in (
-        ("A = D = 0.05, hertz_mindlin", LOW),
-        ("A = D = 0.15, hertz_mindlin", {}),
-        ("D = 0.05, cohesive_frictional", {"powder_steel_restitution": 0.05}),
+    (what, LIGHT | low, {"time_step_fraction": fraction}, 2)
+    for what, low, fractions in (
+        ("hertz_mindlin, A = D = 0.15", {}, (0.06, 0.09, 0.12, 0.18)),
+        (
+            "hertz_mindlin, A = D = 0.05",
+            {"powder_restitution": 0.05, "powder_steel_restitution": 0.05},
+            (0.12, 0.18, 0.25, 0.32),
+        ),
+        ("cohesive_frictional, D = 0.15", {}, (0.09, 0.18, 0.25, 0.32)),
+        ("cohesive_frictional, D = 0.05", {"powder_steel_restitution": 0.05}, (0.18, 0.25, 0.32, 0.4)),
     )
-    for fraction in (0.18, 0.25, 0.32, 0.4)
+    for fraction in fractions
 ]
 TABLES = {"repose": SETTINGS, "repose_amplification": AMPLIFICATION, "repose_time_steps": STEPS}
 
@@ -82,13 +90,14 @@ def case(seed: int, changes: dict, law: str | None = None) -> dict:
 
 
 def cases(name: str, most: int) -> list[tuple[str, str, dict]]:
-    """(what, setting in words, case) of every heap of a table, at most so many of a setting."""
+    """(what, setting in words, case) of every heap of a table, at most so many of a setting; first seeds first."""
     found = []
-    for what, changes, seeds in TABLES[name]:
-        told = changes if name == "repose" else {k: v for k, v in changes.items() if k not in LIGHT | LOW}
-        setting = ", ".join(f"{k} {v:g}" for k, v in told.items()) or "all defaults"
-        law = "hertz_mindlin" if "hertz_mindlin" in what else None
-        found += [(what, setting, case(FIRST_SEED + k, changes, law)) for k in range(min(seeds, most))]
+    for k in range(min(most, max(heaps for *_, heaps in TABLES[name]))):
+        for what, base, changes, heaps in TABLES[name]:
+            if k < heaps:
+                setting = ", ".join(f"{name} {value:g}" for name, value in changes.items()) or "all defaults"
+                law = "hertz_mindlin" if "hertz_mindlin" in what else None
+                found.append((what, setting, case(FIRST_SEED + k, base | changes, law)))
     return found
 
 
