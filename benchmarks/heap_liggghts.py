@@ -124,7 +124,7 @@ def effective_young(first: contacts.Material, second: contacts.Material) -> floa
     return 1 / sum((1 - each.poisson_ratio**2) / each.young for each in (first, second))
 
 
-def script(case: dict, radius: float, bottom: float, top: float) -> str:
+def script(case: dict, radius: float, bottom: float, option: str) -> str:
     """The twin's input: the rig's protocol, looked at as often."""
     given, numerics = case["parameters"], case["numerics"]
     softer = numerics["stiffness_scale"]
@@ -184,14 +184,14 @@ def script(case: dict, radius: float, bottom: float, top: float) -> str:
                 given["powder_steel_rolling_friction"],
             ),
             *([pairs("cohesionEnergyDensity", density, 0.0)] if density else []),
-            f"pair_style gran {law}",
+            f"pair_style gran {law} {option}",
             "pair_coeff * *",
             f"timestep {step:g}",
             f"fix gravity all gravity {powder_scene.GRAVITY} vector 0 0 -1",
             "fix funnel all mesh/surface file funnel.stl type 2 curvature 1e-6",
-            f"fix plate_wall all wall/gran {law} primitive type 2 zplane 0.0",
-            f"fix funnel_wall all wall/gran {law} mesh n_meshes 1 meshes funnel",
-            f"fix gate_wall all wall/gran {law} primitive type 2 zplane {bottom:g}",
+            f"fix plate_wall all wall/gran {law} primitive type 2 zplane 0.0 {option}",
+            f"fix funnel_wall all wall/gran {law} mesh n_meshes 1 meshes funnel {option}",
+            f"fix gate_wall all wall/gran {law} primitive type 2 zplane {bottom:g} {option}",
             "fix move all nve/sphere",
             "compute energy all ke",
             f'variable above atom "z > {bottom:g}"',
@@ -220,8 +220,8 @@ def script(case: dict, radius: float, bottom: float, top: float) -> str:
     )
 
 
-def twin(case: dict, folder: Path) -> dict:
-    """One heap by LIGGGHTS."""
+def twin(case: dict, folder: Path, option: str = "") -> dict:
+    """One heap by LIGGGHTS, with a further option of its contact model."""
     radii, places, speeds, funnel = grains(case)
     stl(
         folder / "funnel.stl",
@@ -248,7 +248,7 @@ def twin(case: dict, folder: Path) -> dict:
     data += ["", "Velocities", ""]
     data += [f"{k} " + " ".join(f"{v:.9e}" for v in speed) + " 0 0 0" for k, speed in enumerate(speeds, 1)]
     (folder / "grains.data").write_text("\n".join([*data, ""]))
-    (folder / "in.heap").write_text(script(case, float(radii.mean()), funnel.bottom, funnel.top))
+    (folder / "in.heap").write_text(script(case, float(radii.mean()), funnel.bottom, option))
     seconds = child(["liggghts", "-in", "in.heap"], folder)
     said = (folder / "said.txt").read_text()
     status = next((line[8:] for line in said.splitlines() if line.startswith("VERDICT ")), None)
@@ -257,20 +257,25 @@ def twin(case: dict, folder: Path) -> dict:
     angle = np.nan
     if status == "ok":
         table = np.loadtxt(folder / "heap.dump", skiprows=9)
+        angle = heap.repose_angle(table[:, :3], table[:, 3]).mean_deg
         if len(table) < len(radii):
             status = f"{len(radii) - len(table)} grains were lost"
-        else:
-            angle = heap.repose_angle(table[:, :3], table[:, 3]).mean_deg
     return {"angle_deg": angle, "cpu_seconds": seconds, "status": status}
+
+
+def undamped(case: dict, folder: Path) -> dict:
+    """One heap by LIGGGHTS, whose tangential damper is as strong as the normal one, without it."""
+    return twin(case, folder, "tangential_damping off")
 
 
 CUSTOMARY = {"stiffness_scale": 1.0, "time_step_fraction": 0.2}
 HALF = {"time_step_fraction": 0.09}
 ENGINES = {  # engine: how, law, numerics, heaps without and with cohesion
-    "YADE cohesive_frictional, default": (ours, "cohesive_frictional", {}, (3, 3)),
-    "YADE hertz_mindlin, half our step": (ours, "hertz_mindlin", HALF, (4, 3)),
-    "LIGGGHTS, our stiffness, half our step": (twin, "hertz_mindlin", HALF, (4, 2)),
-    "LIGGGHTS, customary": (twin, "hertz_mindlin", CUSTOMARY, (3, 2)),
+    "YADE cohesive_frictional, default": (ours, "cohesive_frictional", {}, (3, 2)),
+    "YADE hertz_mindlin, half our step": (ours, "hertz_mindlin", HALF, (4, 2)),
+    "LIGGGHTS, our stiffness, half our step": (twin, "hertz_mindlin", HALF, (4, 1)),
+    "LIGGGHTS, the same without tangential damping": (undamped, "hertz_mindlin", HALF, (4, 0)),
+    "LIGGGHTS, customary": (twin, "hertz_mindlin", CUSTOMARY, (3, 1)),
     "YADE hertz_mindlin, our step": (ours, "hertz_mindlin", {}, (1, 1)),
     "LIGGGHTS, our stiffness, our step": (twin, "hertz_mindlin", {}, (1, 0)),
 }
@@ -303,12 +308,13 @@ def heaps(file: Path, most: int) -> pd.DataFrame:
 def summary(rows: pd.DataFrame) -> pd.DataFrame:
     """A row an engine and surface energy; few heaps know little of their scatter, so that it is pooled over all rows."""
     groups = dict(list(rows.groupby(["engine", "surface_energy_j_m2"], sort=False)))
-    several = [angle for group in groups.values() if len(angle := group["angle_deg"].dropna()) > 1]
+    angles = {key: group.loc[group["status"] == "ok", "angle_deg"] for key, group in groups.items()}
+    several = [angle for angle in angles.values() if len(angle) > 1]
     freedom = sum(len(angle) - 1 for angle in several)
     pooled = sqrt(sum(((angle - angle.mean()) ** 2).sum() for angle in several) / freedom)
     table = []
     for (engine, energy), group in groups.items():
-        angle, cpu = group["angle_deg"].dropna(), group["cpu_seconds"].mean()
+        angle, cpu = angles[engine, energy], group["cpu_seconds"].mean()
         lost = group.loc[group["status"] != "ok", "status"]
         table.append(
             {
