@@ -66,14 +66,10 @@ AMPLIFICATION = [("either way", LIGHT, {"amplification": 6.0}, 8)] + [
 STEPS = [
     (what, LIGHT | low, {"time_step_fraction": fraction}, 2)
     for what, low, fractions in (
-        ("hertz_mindlin, A = D = 0.15", {}, (0.06, 0.09, 0.12, 0.18)),
-        (
-            "hertz_mindlin, A = D = 0.05",
-            {"powder_restitution": 0.05, "powder_steel_restitution": 0.05},
-            (0.12, 0.18, 0.25, 0.32),
-        ),
-        ("cohesive_frictional, D = 0.15", {}, (0.09, 0.18, 0.25, 0.32)),
-        ("cohesive_frictional, D = 0.05", {"powder_steel_restitution": 0.05}, (0.18, 0.25, 0.32, 0.4)),
+        ("cohesive_frictional, D = 0.05", {"powder_steel_restitution": 0.05}, (0.18, 0.32, 0.4)),
+        ("hertz_mindlin, A = D = 0.05", {"powder_restitution": 0.05, "powder_steel_restitution": 0.05}, (0.18, 0.32)),
+        ("cohesive_frictional, D = 0.15", {}, (0.09, 0.18, 0.25)),
+        ("hertz_mindlin, A = D = 0.15", {}, (0.06, 0.09, 0.18)),
     )
     for fraction in fractions
 ]
