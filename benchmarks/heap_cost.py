@@ -81,10 +81,13 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--results", type=Path, default=Path("results/checks"), metavar="FOLDER")
     folder = parser.parse_args().results
-    table = pd.DataFrame([measured(grains) for grains in SIZES])
-    table.to_csv(folder / "heap_cost.csv", index=False, lineterminator="\n")
+    rows = []
+    for grains in SIZES:
+        rows.append(measured(grains))
+        print(*rows[-1].values(), flush=True)
+        pd.DataFrame(rows).to_csv(folder / "heap_cost.csv", index=False, lineterminator="\n")
+    table = pd.DataFrame(rows)
     draw(table, folder / "figures" / "heap_cost.png")
-    print(table.to_string(index=False))
     print(f"cpu seconds go with the number of grains to the power {exponent(table):.2f}")
 
 

@@ -306,7 +306,10 @@ def heaps(file: Path, most: int) -> pd.DataFrame:
 
 
 def summary(rows: pd.DataFrame) -> pd.DataFrame:
-    """A row an engine and surface energy; few heaps know little of their scatter, so that it is pooled over all rows."""
+    """A row an engine and surface energy.
+
+    Few heaps know little of their scatter, so that it is pooled over all rows; what a lost heap took is paid by the others.
+    """
     groups = dict(list(rows.groupby(["engine", "surface_energy_j_m2"], sort=False)))
     angles = {key: group.loc[group["status"] == "ok", "angle_deg"] for key, group in groups.items()}
     several = [angle for angle in angles.values() if len(angle) > 1]
@@ -327,7 +330,9 @@ def summary(rows: pd.DataFrame) -> pd.DataFrame:
                 "sd_deg": angle.std(ddof=1),
                 "pooled_sd_deg": pooled,
                 "cpu_seconds_a_heap": cpu,
-                "cpu_seconds_for_half_a_degree": cpu * (pooled / ERROR_DEG) ** 2 if len(angle) else np.nan,
+                "cpu_seconds_for_half_a_degree": group["cpu_seconds"].sum() / len(angle) * (pooled / ERROR_DEG) ** 2
+                if len(angle)
+                else np.nan,
                 "first_loss": next(iter(lost), ""),
             }
         )

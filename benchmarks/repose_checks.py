@@ -163,19 +163,19 @@ def summary(told: pd.DataFrame) -> pd.DataFrame:
                 "heaps": len(heaps),
                 "lost": len(heaps) - len(good),
                 "grains": good["grains"].mean(),
-                "bond_number": good["bond_number"].mean().round(3),
-                "angle_deg": angle.mean().round(2),
+                "bond_number": round(good["bond_number"].mean(), 3),
+                "angle_deg": round(angle.mean(), 2),
                 "standard_error_deg": round(pooled / np.sqrt(len(angle)), 2) if len(angle) else None,
-                "sd_over_seeds_deg": angle.std(ddof=1).round(2),
+                "sd_over_seeds_deg": round(angle.std(ddof=1), 2),
                 "change_deg": round(angle.mean() - base.mean(), 2),
                 "change_error_deg": round(pooled * np.sqrt(1 / len(angle) + 1 / len(base)), 2)
                 if len(angle) and len(base) and base is not angle
                 else None,
-                "direction_error_deg": good["direction_error_deg"].mean().round(2),
-                "largest_overlap": good["largest_overlap"].max().round(3),
-                "flow_time_s": good["flow_time_s"].mean().round(2),
-                "end_time_s": good["end_time_s"].mean().round(2),
-                "million_grain_steps": good["million_grain_steps"].mean().round(1),
+                "direction_error_deg": round(good["direction_error_deg"].mean(), 2),
+                "largest_overlap": round(good["largest_overlap"].max(), 3),
+                "flow_time_s": round(good["flow_time_s"].mean(), 2),
+                "end_time_s": round(good["end_time_s"].mean(), 2),
+                "million_grain_steps": round(good["million_grain_steps"].mean(), 1),
                 "first_loss": next(iter(heaps.loc[heaps["status"] != "ok", "status"]), ""),
             }
         )
@@ -185,7 +185,7 @@ def summary(told: pd.DataFrame) -> pd.DataFrame:
 
 
 def draw(tables: dict, file: Path) -> None:
-    """Mean angle of every setting with its standard error, the defaults as a band."""
+    """Mean angle of every setting with its standard error, that of the 500 grains as a band."""
     import matplotlib
 
     matplotlib.use("Agg")
@@ -194,34 +194,25 @@ def draw(tables: dict, file: Path) -> None:
     from pellet_study.look import BAND, MEASURED, MODEL, STYLE
 
     rows = pd.concat([tables["repose"], tables["repose_amplification"].iloc[1:]]).reset_index(drop=True)
-    rows["what"] = rows["what"].replace({way: f"amplification, {way}" for way in ("scaled", "unscaled")})
-    rows["setting"] = rows["setting"].str.replace(r", surface_energy_exponent \d", "", regex=True)
+    named = rows["what"].where(rows["setting"] == "all defaults", rows["setting"])
+    named = named.str.replace(", surface_energy_exponent 2", ", G scaled").str.replace("_", " ")
+    named = named.str.replace(", surface energy exponent 0", ", G unscaled")
     with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(figsize=(7, 0.22 * len(rows) + 0.8), layout="constrained")
+        figure, axes = plt.subplots(figsize=(6.5, 0.2 * len(rows) + 0.8), layout="constrained")
         place = np.arange(len(rows))[::-1]
-        middle, scatter = rows.loc[0, ["angle_deg", "sd_over_seeds_deg"]]
-        axes.axvspan(middle - scatter, middle + scatter, color=BAND, zorder=0)
-        axes.axvline(middle, color="0.6", linewidth=0.8, zorder=0)
+        middle, error = rows.loc[0, ["angle_deg", "standard_error_deg"]]
+        axes.axvspan(middle - error, middle + error, color=BAND, zorder=0)
         axes.errorbar(rows["angle_deg"], place, xerr=rows["standard_error_deg"], fmt="o", color=MODEL, markersize=4)
         for at, row in zip(place, rows.itertuples(), strict=True):
             if row.lost:
-                verdict = row.first_loss.split(":")[0].split("Failed ")[-1]
-                where = row.angle_deg + row.standard_error_deg if row.lost < row.heaps else middle
-                axes.annotate(
-                    f"{row.lost} of {row.heaps}: {verdict}",
-                    (where, at),
-                    (6, 0),
-                    textcoords="offset points",
-                    va="center",
-                    fontsize=7,
-                    color=MEASURED,
-                )
-        axes.set_yticks(
-            place, [f"{what}: {setting}" for what, setting in zip(rows["what"], rows["setting"], strict=True)]
-        )
-        axes.set(xlabel="repose angle, deg (bars: standard error; band: sd over seeds of the defaults)")
+                axes.text(0.99, at, f"{row.lost} of {row.heaps} lost", va="center", ha="right", color=MEASURED,
+                          fontsize=7, transform=axes.get_yaxis_transform())  # fmt: skip
+        axes.set_yticks(place, named)
+        axes.set_xlim(0, 65)
+        axes.set_xlabel("repose angle, deg (bars and band: one standard error)")
         file.parent.mkdir(exist_ok=True)
         figure.savefig(file, dpi=150)
+        plt.close(figure)
 
 
 def main() -> None:
