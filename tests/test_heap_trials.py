@@ -18,7 +18,7 @@ PLACES = sorted(RESULTS.glob("sealed/[0-9]*"))
 
 
 def test_a_trials_study_is_read_back_as_it_was_meant(tmp_path):
-    readings = [20.0 + k + np.arange(4.0) for k in range(len(HEAPS.conditions))]
+    readings = [20.0 + k + np.arange(HEAPS.repeats["repose"]) for k in range(len(HEAPS.conditions))]
     HEAPS.write(tmp_path, HEAPS.rows(readings))
     study, meant = load(tmp_path), HEAPS.study(HEAPS.rows(readings))
     assert [row.conditions for row in study.rows] == [row.conditions for row in meant.rows]
@@ -32,7 +32,7 @@ def test_a_trials_study_is_read_back_as_it_was_meant(tmp_path):
 def test_truths_use_seeds_and_numerics_that_the_model_does_not():
     truth = {"effects": {"cohesion": 0.05}, "parameters": {"powder_static_friction": 0.5}, "numerics": "other"}
     cases = sealed._cases(HEAPS, 3, truth)
-    assert len(cases) == 4 * len(HEAPS.conditions) and len({case["seed"] for case in cases}) == len(cases)
+    assert len(cases) == HEAPS.repeats["repose"] * len(HEAPS.conditions) and len({case["seed"] for case in cases}) == len(cases)
     assert min(case["seed"] for case in cases) >= sealed.FIRST_SEED
     for case in cases:
         assert case["effects"]["cohesion"]["surface_energy_j_m2"] == 0.05
