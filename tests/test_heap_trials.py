@@ -1,19 +1,21 @@
 """The heap trials: what refine is given, and that committed envelopes hold what their readings were simulated from."""
 
+import json
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study import dispatch, rigs
-from pellet_study.challenge import sealed
+from pellet_study import dispatch, rigs, yade
+from pellet_study.challenge import bench_tables, sealed
 from pellet_study.challenge.heaps import HEAPS
 from pellet_study.model import Model
 from pellet_study.simulated import Simulated
 from pellet_study.study import load
 
 RESULTS = Path(__file__).resolve().parents[1] / "results" / "hidden_heaps"
+VERSION = "2023.02a"  # of the YADE that made them
 PLACES = sorted(RESULTS.glob("sealed/[0-9]*"))
 
 
@@ -32,7 +34,9 @@ def test_a_trials_study_is_read_back_as_it_was_meant(tmp_path):
 def test_truths_use_seeds_and_numerics_that_the_model_does_not():
     truth = {"effects": {"cohesion": 0.05}, "parameters": {"powder_static_friction": 0.5}, "numerics": "other"}
     cases = sealed._cases(HEAPS, 3, truth)
-    assert len(cases) == HEAPS.repeats["repose"] * len(HEAPS.conditions) and len({case["seed"] for case in cases}) == len(cases)
+    assert len(cases) == HEAPS.repeats["repose"] * len(HEAPS.conditions) and len(
+        {case["seed"] for case in cases}
+    ) == len(cases)
     assert min(case["seed"] for case in cases) >= sealed.FIRST_SEED
     for case in cases:
         assert case["effects"]["cohesion"]["surface_energy_j_m2"] == 0.05
@@ -81,3 +85,30 @@ def test_a_surface_of_heaps_knows_cohesion_by_its_surface_energy(tmp_path):
     assert direct.mean[0, 0] == pytest.approx(
         found.mean[1, 0], abs=3 * np.hypot(error[1], direct.variance[0, 0] ** 0.5)
     )
+
+
+@pytest.mark.skipif(not PLACES or yade.version() != VERSION, reason=f"the trials are those of YADE {VERSION}")
+def test_a_committed_reading_repeats_to_its_last_digit(tmp_path):
+    """One row of a trial, simulated again from its envelope."""
+    place = PLACES[len(PLACES) // 2]
+    number, truth = int(place.name), json.loads((place / "sealed.json").read_text(encoding="utf-8"))
+    repeats, row = HEAPS.repeats["repose"], 1
+    cases = sealed._cases(HEAPS, number, truth)[row * repeats : (row + 1) * repeats]
+    found = dispatch.run(cases, tmp_path / ".store", workers=1, quiet=True)["repose_angle_deg"]
+    committed = load(place).rows[row]
+    assert found.mean() == pytest.approx(committed.value, rel=1e-5)
+    assert found.std(ddof=1) == pytest.approx(committed.sd, rel=1e-5)
+
+
+@pytest.mark.skipif(not PLACES, reason="no trials in this checkout")
+def test_committed_trials_hold_what_they_say():
+    table = {int(row["number"]): row for row in bench_tables.read(RESULTS / "sealed" / "sealed.csv")}
+    assert sorted(table) == [int(place.name) for place in PLACES]
+    kinds = HEAPS.kinds()
+    for place in PLACES:
+        number, truth = int(place.name), json.loads((place / "sealed.json").read_text(encoding="utf-8"))
+        answer = json.loads((place / "answer.json").read_text(encoding="utf-8"))
+        assert truth["kind"] == kinds[number] == table[number]["kind"]
+        assert bool(truth["effects"]) == (truth["kind"] == "one")
+        assert answer["verdict"] == table[number]["verdict"]
+        assert load(place).absent() == list(HEAPS.candidates)
