@@ -159,7 +159,7 @@ def opened(of: Demonstration, number: int, folder: Path, found: Refinement, afte
         "number": number,
         "numerics": truth["numerics"],
         "amount": " ".join(f"{v:.4g}" for v in truth["effects"].values()),
-        "added": "+".join(of.same.get(name, name) for name in found.added),
+        "added": "+".join(dict.fromkeys(of.same.get(name, name) for name in found.added)),
         "tied": "|".join(dict.fromkeys(classes)),
         "rms_after": f"{after.rms_error:.4f}",
         "held_out_before": _cell(found.steps[0].holdout_rms_error),
