@@ -644,7 +644,8 @@ def possible_cases(study: Study, count: int = LEVELS, effects: Iterable[str] | N
                 low, high = given[condition]
             else:
                 low, high = quantity["min"], quantity["max"]
-            levels[condition] = np.geomspace(low, high, count) if low > 0 else np.linspace(low, high, count)
+            between = np.geomspace(low, high, count) if low > 0 else np.linspace(low, high, count)
+            levels[condition] = between if low < high else [low]  # to the last digit
         observables = {row.observable for row in rows} or set(rig.observables)
         if count <= FEW_LEVELS:
             grid = _singles_of(levels, usual)
