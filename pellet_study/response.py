@@ -7,9 +7,11 @@ x are the free parameters scaled to -1...1 (on a logarithmic scale where their r
 of an effect as a share of its physical limit (0: absent), s its shape parameters scaled likewise. The scatter of a mean
 is taken as proportional to the mean: generalized linear models with gamma variance and logarithmic link (McCullagh &
 Nelder 1989, doi:10.1007/978-1-4899-3242-6). Curvature and interactions of an effect have priors
-about 0, as wide as all its simulations in a rig make likeliest. Beyond the physical limit ln mu goes on along its tangent.
+about 0, as wide as all its simulations in a rig make likeliest. Where that is likelier still, exp E - 1 takes the place of
+E, as for what adds to friction. Beyond the physical limit the terms go on along their tangent.
 
-Where the observable is an angle, mu is its tangent: friction is, so that a slip angle's surface is all but a plane.
+Where the observable is an angle, mu without effects is its tangent: friction is, so that a slip angle's surface is all
+but a plane; an effect multiplies the angle itself by exp E.
 """
 
 from collections.abc import Sequence
@@ -23,6 +25,10 @@ FLOOR = 1e-3  # of the median mean; smaller means count as this
 LINEAR = 10.0  # prior standard deviation of an effect's first coefficient: none to speak of
 SCALES = (0.01, 0.03, 0.1, 0.3, 1.0, 3.0)  # from which those of its curvature and interactions are chosen
 LIKENESS = (0.0, 0.5, 0.8, 0.9, 0.95, 0.98, 0.99)  # from which the correlation of runs with and without it is
+LEAST = (
+    0.05  # of the base surface; an effect leaves at least so much, as a logarithm tells nothing of what is nearly none
+)
+QUIET = 0.0025  # relative variance of a point below which exp E - 1 may take the place of E
 NO_INFORMATION = 1e6  # variance of a point whose simulations failed
 ROUNDS = 12
 
@@ -101,11 +107,15 @@ def effect_terms(u: np.ndarray, shapes: np.ndarray, x: np.ndarray) -> np.ndarray
 
 @dataclass(frozen=True)
 class Surface:
-    """Coefficients of ln mu, their covariance, and the relative scatter (variance over mean squared) of one point."""
+    """Coefficients of ln mu, their covariance, and the relative scatter (variance over mean squared) of one point.
+
+    `of_ratio` says of an effect's that they are those of exp E - 1.
+    """
 
     coefficients: np.ndarray
     covariance: np.ndarray
     scatter: float
+    of_ratio: bool = False
 
     @classmethod
     def fitted(cls, terms, means) -> "Surface":
@@ -142,8 +152,8 @@ class EffectRuns:
     ----------
     terms : (n, T)
     with_it, without : (n,) means; NaN where the simulations failed; None where there are none
-    expected, known : (n,) ln mu of the base surface there, and the (n, n) covariance of its error
-    scatter : relative variance of one of the means
+    expected, known : (n,) logarithm of what the base surface gives there, and the (n, n) covariance of its error
+    scatter : (n,) relative variance of one of the means
     """
 
     terms: np.ndarray
@@ -151,7 +161,7 @@ class EffectRuns:
     without: np.ndarray | None
     expected: np.ndarray
     known: np.ndarray
-    scatter: float
+    scatter: np.ndarray
 
 
 def fitted_effects(runs: Sequence[EffectRuns], shapes: int) -> list[Surface]:
@@ -165,12 +175,12 @@ def fitted_effects(runs: Sequence[EffectRuns], shapes: int) -> list[Surface]:
     """
     terms = np.stack([run.terms for run in runs])
     paired = all(run.without is not None for run in runs)
-    with_it = np.stack([_log(run.with_it) for run in runs])
+    with_it = np.stack([np.log(np.maximum(run.with_it, LEAST * np.exp(run.expected))) for run in runs])
     without = np.stack([_log(run.without) for run in runs]) if paired else np.zeros_like(with_it)
     lost = ~np.isfinite(with_it + without)
     with_it, without = np.where(lost, 0.0, with_it), np.where(lost, 0.0, without)
     expected = np.where(lost, 0.0, [run.expected for run in runs])
-    scatter = np.array([run.scatter for run in runs])[:, None]
+    scatter = np.stack([run.scatter for run in runs])
     known, eye = np.stack([run.known for run in runs]), np.eye(terms.shape[1])
 
     def measured(likeness: float) -> tuple[np.ndarray, np.ndarray]:
@@ -181,23 +191,31 @@ def fitted_effects(runs: Sequence[EffectRuns], shapes: int) -> list[Surface]:
         return np.where(lost, 0.0, shift), (1 - likeness) ** 2 * known + own[:, :, None] * eye
 
     best, chosen = -np.inf, None
-    for likeness in LIKENESS if paired else LIKENESS[:1]:
-        shift, noise = measured(likeness)
+    forms = [(r, ratio) for r in (LIKENESS if paired else LIKENESS[:1]) for ratio in (False, True)]
+    for likeness, of_ratio in forms:
+        value, noise = measured(likeness)
+        change = 0.0  # logarithm of the Jacobian of what is fitted
+        if of_ratio:
+            if scatter.max() * (1 - likeness**2) > QUIET:  # the weights would follow the scatter
+                continue
+            growth, change = np.exp(value), float(value.sum())
+            value, noise = growth - 1, growth[:, :, None] * noise * growth[:, None, :]
         for curvature in SCALES:
             for interaction in SCALES:
                 prior = _prior(terms.shape[2], shapes, curvature, interaction)
                 spread_of = noise + (terms * prior**2) @ terms.transpose(0, 2, 1)
                 _, determinants = np.linalg.slogdet(spread_of)
-                solved = np.linalg.solve(spread_of, shift[:, :, None])[:, :, 0]
-                likelihood = -0.5 * float((determinants + (shift * solved).sum(axis=1)).sum())
+                solved = np.linalg.solve(spread_of, value[:, :, None])[:, :, 0]
+                likelihood = change - 0.5 * float((determinants + (value * solved).sum(axis=1)).sum())
                 if likelihood > best:
-                    best, chosen = likelihood, (prior, shift, noise)
-    prior, shift, noise = chosen
+                    best, chosen = likelihood, (prior, value, noise, of_ratio)
+    prior, value, noise, of_ratio = chosen
     weighted = np.linalg.solve(noise, terms)
     covariance = np.linalg.inv(terms.transpose(0, 2, 1) @ weighted + np.diag(prior**-2))
-    coefficients = (covariance @ (weighted.transpose(0, 2, 1) @ shift[:, :, None]))[:, :, 0]
+    coefficients = (covariance @ (weighted.transpose(0, 2, 1) @ value[:, :, None]))[:, :, 0]
     return [
-        Surface(c, v, float(np.median(n.diagonal()))) for c, v, n in zip(coefficients, covariance, noise, strict=True)
+        Surface(c, v, float(np.median(n.diagonal())), of_ratio)
+        for c, v, n in zip(coefficients, covariance, noise, strict=True)
     ]
 
 

@@ -21,6 +21,7 @@ from pellet_study import dispatch, rigs, yade
 from pellet_study.engine import Request
 from pellet_study.errors import SimulationError
 from pellet_study.response import (
+    FLOOR,
     EffectRuns,
     Factor,
     Link,
@@ -36,7 +37,7 @@ from pellet_study.study import SCALINGS, Study
 
 BASE = 2.4  # points a term of the base surface
 EFFECT = {1: 5, 2: 8}  # points of an effect's surface, by the sides it may take
-PAIRED_EFFECT = {1: 4, 2: 8}  # in a paired rig
+PAIRED_EFFECT = 8  # in a paired rig
 EFFECT_SEEDS = 0.5  # share of a mean's seeds that they take
 STREAMS, CHECK = 400, 500  # numbers of the streams of seeds and places: of effects by their names; of checks
 BLOCKS = 2  # of seeds, of a direct simulation
@@ -176,7 +177,7 @@ class Simulated:
     def _base_points(self, site: Site) -> list[Point]:
         factors = self._factors(site)
         p = len(factors)
-        least = PAIRED_EFFECT[2] * self.effort if rigs.rig(site.rig).paired else 4
+        least = PAIRED_EFFECT * self.effort if rigs.rig(site.rig).paired else 4
         count = int(np.ceil(max(least, BASE * (p + 1) * (p + 2) / 2 * self.effort)))
         stream, seeds = _stream(site), self._seeds(site.rig)
         return [
@@ -190,7 +191,7 @@ class Simulated:
         shapes = list(effect.parameters)[1:]
         paired, stream = rigs.rig(site.rig).paired, _stream_of(site, name)
         seeds = max(1, round(EFFECT_SEEDS * self._seeds(site.rig)))
-        count = int(np.ceil((PAIRED_EFFECT if paired else EFFECT)[effect.sides] * self.effort))
+        count = int(np.ceil((PAIRED_EFFECT if paired else EFFECT[effect.sides]) * self.effort))
         u = amounts(count, effect.sides)
         places = spread(count, len(factors) + len(shapes), seed=1 + stream)
         if paired:
@@ -281,7 +282,7 @@ class Simulated:
         self._ready |= asked
 
     def _fit_base(self, site: Site, plan: Sequence[Point], results: Mapping) -> Surface:
-        means = self._means_of(site, plan, results)
+        means = Link.of(site.observable).mu(self._means_of(site, plan, results))
         kept = np.isfinite(means)
         terms = quadratic(self._scaled(site, [p.factors for p in plan]))[kept]
         if site in self.dead:
@@ -297,19 +298,20 @@ class Simulated:
         x = self._scaled(site, [p.factors for p in plan])
         given = [dict(p.effect[1]) for p in plan]
         u, shapes = self._amounts(name, {k: np.array([values[k] for values in given]) for k in given[0]})
-        base, there = self._base[site], quadratic(x)
-        scatter = base.scatter * self._seeds(site.rig) / plan[0].seeds
+        base, there, link = self._base[site], quadratic(x), Link.of(site.observable)
+        mu = np.exp(there @ base.coefficients)
+        rate = link.slope(mu) / link.observable(mu)
         return EffectRuns(
             effect_terms(u, shapes, x),
             with_it,
             without,
-            there @ base.coefficients,
-            there @ base.covariance @ there.T,
-            scatter,
+            np.log(link.observable(mu)),
+            rate[:, None] * (there @ base.covariance @ there.T) * rate,
+            base.scatter * self._seeds(site.rig) / plan[0].seeds * rate**2,
         )
 
     def _means_of(self, site: Site, plan: Sequence[Point], results: Mapping) -> np.ndarray:
-        """mu of some points by their means; NaN where all simulations of a point failed."""
+        """Means of some points; NaN where all simulations of a point failed."""
         lost = sum(results[p][1] for p in plan)
         total = sum(p.seeds for p in plan)
         if lost:
@@ -320,7 +322,7 @@ class Simulated:
                 self.dead[site] = f"{text}; change the ranges in study.toml, or leave this row out"
                 return np.full(len(plan), np.nan)
             self.warnings.append(f"{text}; the answer rests on the others")
-        return Link.of(site.observable).mu(np.array([results[p][0] for p in plan]))
+        return np.array([results[p][0] for p in plan])
 
     def _run(self, plans: Sequence[tuple]) -> list[tuple[float, int, str]]:
         """Mean, number of failed seeds and first reason of each (site, factors, effects, first seed, seeds)."""
@@ -419,6 +421,9 @@ class Simulated:
         x = np.stack([np.broadcast_to(c, (m,)) for c in columns], axis=1) if columns else np.empty((m, 0))
         terms = quadratic(x)
         log_mean, relative = self._stacked(sites, None, terms)
+        link, mu = Link.of(request.observable), np.exp(np.clip(log_mean, -50, 50))
+        mean = link.observable(mu)
+        relative = relative * (link.slope(mu) / mean) ** 2
         readings = []
         for name, values in request.effects.items():
             values = {k: np.broadcast_to(np.asarray(v)[:, 0], (m,)) for k, v in values.items()}
@@ -430,10 +435,11 @@ class Simulated:
             if len(here):
                 own = {k: v[here] for k, v in values.items()}
                 shift, more = self._stacked(sites, name, effect_terms(*self._amounts(name, own), x[here]))
-                log_mean[here] += shift
-                relative[here] += more
-        link, mu = Link.of(request.observable), np.exp(np.clip(log_mean, -50, 50))
-        mean, variance = link.observable(mu), relative * link.slope(mu) ** 2
+                ratio = np.array([self._effects[site, name].of_ratio for site in sites])
+                growth = np.where(ratio, np.maximum(1 + shift, FLOOR), np.exp(np.clip(shift, -50, 50)))
+                mean[here] *= growth
+                relative[here] += np.where(ratio, more / growth**2, more)
+        variance = relative * mean**2
         for reading, values in readings:
             mean = reading(mean, values)
         return mean, variance

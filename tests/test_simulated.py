@@ -62,7 +62,7 @@ def test_runs_with_the_same_seeds_tell_an_effect_more_closely():
     for _ in range(2):
         shared = 0.1 * rng.standard_normal(8)
         with_it = np.exp(1 + terms @ true + shared + 0.02 * rng.standard_normal(8))
-        runs.append(response.EffectRuns(terms, with_it, np.exp(1 + shared), np.ones(8), known, scatter))
+        runs.append(response.EffectRuns(terms, with_it, np.exp(1 + shared), np.ones(8), known, np.full(8, scatter)))
     alone = response.fitted_effects([replace(run, without=None) for run in runs], 0)
     both = response.fitted_effects(runs, 0)
     for one, other in zip(alone, both, strict=True):
@@ -74,10 +74,12 @@ def test_runs_with_the_same_seeds_tell_an_effect_more_closely():
 
 def test_a_point_whose_simulations_failed_tells_nothing():
     terms = response.effect_terms(np.array([0.3, 0.6, 1.0]), np.zeros((3, 0)), np.zeros((3, 0)))
-    run = response.EffectRuns(terms, np.array([1.1, 1.2, np.nan]), None, np.zeros(3), np.zeros((3, 3)), 1e-4)
+    run = response.EffectRuns(
+        terms, np.array([1.1, 1.2, np.nan]), None, np.zeros(3), np.zeros((3, 3)), np.full(3, 1e-4)
+    )
     with_all = response.fitted_effects([run], 0)[0]
     without = response.fitted_effects(
-        [response.EffectRuns(terms[:2], run.with_it[:2], None, np.zeros(2), np.zeros((2, 2)), 1e-4)], 0
+        [response.EffectRuns(terms[:2], run.with_it[:2], None, np.zeros(2), np.zeros((2, 2)), np.full(2, 1e-4))], 0
     )[0]
     assert with_all.coefficients == pytest.approx(without.coefficients, rel=1e-3, abs=1e-6)
 
@@ -102,8 +104,8 @@ def test_cases_of_a_paired_rig_have_seeds_and_places_of_their_own(tmp_path):
     assert not {p.factors for p in first} & {p.factors for p in second}
     with_it = engine._effect_points(sites[0], "adhesion")
     places = {(p.factors, p.first_seed) for p in first}
-    assert len(with_it) == 4 and all((p.factors, p.first_seed) in places for p in with_it)
-    assert len({p.effect for p in with_it}) == 4
+    assert len(with_it) == 8 and all((p.factors, p.first_seed) in places for p in with_it)
+    assert len({p.effect for p in with_it}) == 8
 
 
 def test_factors_go_there_and_back():
