@@ -57,14 +57,20 @@ class Stored:
         return np.array([self.of.repeats[case.rig] for case in self.model.cases])
 
     def strength(self, parameters: Mapping[str, float], effects: Mapping[str, float]) -> float:
-        """Lambda: root of the chi2 the base model, calibrated, leaves on noise-free readings."""
+        """Lambda: root of the chi2 the base model, calibrated, leaves on noise-free readings.
+
+        What the uncertainty of the effect's own surfaces is expected to give is taken out of it.
+        """
         mean, variance = self.readings(parameters, effects)
+        _, without = self.readings(parameters, {})
         sd = np.array([self.of.reading_sd(case.rig, y) for case, y in zip(self.model.cases, mean, strict=True)])
         sd = np.sqrt(sd**2 / self.repeats + variance)
         fitted = np.array([k for k in range(len(mean)) if k not in self.of.held_out])
         evidence = Evidence(fitted, mean[fitted], sd[fitted], 1 / sd[fitted], 1000, 0.0, 0)
         start = self.point(parameters, {})
-        return float(np.sqrt(fit(self.model, evidence, problem_of(self.model, 0, start)).chi2))
+        chi2 = fit(self.model, evidence, problem_of(self.model, 0, start)).chi2
+        by_chance = (np.maximum(variance - without, 0.0) / sd**2)[fitted].sum()
+        return float(np.sqrt(max(0.0, chi2 - by_chance)))
 
     def size(self, parameters: Mapping[str, float], effect: str, lam: float, sign: int = 1) -> float | None:
         """The amount that shows with a strength; None where the physical range does not reach it."""
