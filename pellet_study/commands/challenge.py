@@ -1,7 +1,7 @@
 """pellet-study challenge FOLDER: hidden-effect trials, sealed, then opened and counted.
 
 On closed-form twins of the rigs (`--on twins`, fast), on stored YADE predictions of the bench demonstration
-(`--on predictions`: the first call simulates for about an hour on two cores), or on YADE from the readings on: sealed
+(`--on predictions`: the first call simulates for about 12 cpu-minutes), or on YADE from the readings on: sealed
 trials on seeds (`--on yade`, about a minute each and core) or heaps (`--on heaps`, half a minute each and core after ten
 minutes for what all share). Every call goes on where the last one stopped.
 
