@@ -10,7 +10,6 @@ import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
-from tempfile import TemporaryDirectory
 
 import numpy as np
 import pandas as pd
@@ -410,7 +409,8 @@ class Chain:
             if attempts[-1]["equivalent"] or len(attempts) == self.sizes.attempts:
                 break
             point = self.corrected(point, attempts[-1]["mean_deg"])
-        self.keep_grains(point, 1000 * (len(attempts) - 1))
+        whole = int((runs["verdict"] == "ok").idxmax())  # the first that gave an angle
+        self.keep_grains(point, 1000 * (len(attempts) - 1) + whole)
         decision = {**attempts[-1], "attempts": attempts}
         self.write("validation", "decision", decision)
         return decision
@@ -474,16 +474,17 @@ class Chain:
         return self.folder / "heap_grains.csv"
 
     def keep_grains(self, point: Mapping[str, float], first: int) -> None:
-        """The first heap of the validation once more, its grains kept; nothing where it gave no heap."""
-        with TemporaryDirectory() as folder:
-            os.environ[KEEP_GRAINS] = folder
-            try:
-                again = replace(self, store=Path(folder) / "store").heaps("validation", [point], first=first).iloc[0]
-            finally:
-                del os.environ[KEEP_GRAINS]
-            left = Path(folder) / f"{again['id']}.csv"
-            if left.exists():
-                shutil.copy(left, self.grains)
+        """A heap of the validation once more, its grains kept; stored by itself, so once only."""
+        folder = self.store.resolve() / "grains"
+        folder.mkdir(parents=True, exist_ok=True)
+        os.environ[KEEP_GRAINS] = str(folder)
+        try:
+            again = replace(self, store=folder).heaps("validation", [point], first=first).iloc[0]
+        finally:
+            del os.environ[KEEP_GRAINS]
+        left = folder / f"{again['id']}.csv"
+        if left.exists():
+            shutil.copy(left, self.grains)
 
     def run(self, stages: Sequence[str] = STAGES) -> dict[str, dict]:
         """The stages named, in the paper's order; {stage: decision} of those done so far."""

@@ -121,6 +121,12 @@ def test_jammed_heaps_are_left_out_and_counted(powder, monkeypatch):
         chain_of(powder, Formula(jammed=range(10_000, 10_040)), monkeypatch).run(["screening"])
 
 
+def test_the_heap_whose_grains_are_kept_gave_an_angle(powder, monkeypatch):
+    stub = Formula(jammed={50_000})
+    chain_of(powder, stub, monkeypatch).run()
+    assert stub.asked[-1] == 50_001
+
+
 def test_a_target_outside_the_box_moves_it_and_is_met_by_no_extrapolation(powder, monkeypatch):
     decisions = chain_of(powder, Formula(level=31.5), monkeypatch).run()
     factors = {f.name: f for f in powder_chain.screening_factors()}
