@@ -165,6 +165,11 @@ def test_the_quick_chain_reads_the_stages_it_does_not_do(powder, tmp_path, monke
     assert len(pd.read_csv(quick / "validation" / "runs.csv")) == 4
     shared = pd.read_csv(quick / "screening" / "runs.csv").merge(pd.read_csv(full / "runs.csv"), on=["stage", "seed"])
     assert (shared["repose_angle_deg_x"] == shared["repose_angle_deg_y"]).all()
+    before = (full / "runs.csv").read_bytes()
+    assert main(["calibrate", str(full), "--quick", str(full)]) == 2
+    assert "write over" in capsys.readouterr().err
+    assert main(["calibrate", str(full), "--results", str(quick), "--quick", str(full), "--until", "climb"]) == 2
+    assert (full / "runs.csv").read_bytes() == before
 
 
 def test_studies_without_a_measured_angle_are_refused(powder):

@@ -59,6 +59,11 @@ def run(arguments: argparse.Namespace) -> dict:
         raise InputError("--few has no stages: leave --until, --only, --quick and --repeats away")
     if arguments.until and arguments.only:
         raise InputError("--until and --only exclude each other: give one")
+    if arguments.quick and arguments.until:
+        raise InputError("--quick has its own stages, screening and validation: leave --until away")
+    folder = arguments.results or arguments.study
+    if arguments.quick and arguments.quick.resolve() == folder.resolve():
+        raise InputError(f"--quick {arguments.quick}: would write over the results it reads; name another --results")
     if arguments.repeats is not None and arguments.repeats < 1:
         raise InputError(f"--repeats {arguments.repeats}: expected at least one heap a point")
     if arguments.quick and not (arguments.quick / "optimum" / "decision.json").exists():
@@ -70,7 +75,6 @@ def run(arguments: argparse.Namespace) -> dict:
         stages = (arguments.only,)
     elif arguments.until:
         stages = powder_chain.STAGES[: powder_chain.STAGES.index(arguments.until) + 1]
-    folder = arguments.results or arguments.study
     plan = powder_chain.plan_of(study.load(arguments.study), arguments.contact_law)
     folder.mkdir(parents=True, exist_ok=True)
     sizes = powder_chain.QUICK if arguments.quick else powder_chain.FULL
