@@ -335,7 +335,6 @@ class Chain:
             up = 1 if target.highest < self.plan.target else -1
             shift = up * slopes / np.abs(slopes).max()
             factors = [moved(f, x, known[SYMBOLS[f.name]]) for f, x in zip(factors, shift, strict=True)]
-        self.surfaced = found
         self.write("surface", "coefficients", coefficients_table(found))
         decision = {
             "box": moves[-1],
@@ -380,12 +379,10 @@ class Chain:
         return decision
 
     def _refit_surface(self):
-        """The surface fitted again from its file of runs."""
+        """The surface fitted again from its file of runs, that beside its decision."""
         decision = self.decision("surface")
-        file = self.folder / "surface" / "runs.csv"
-        if not file.exists() and self.decisions_from is not None:
-            file = self.decisions_from / "surface" / "runs.csv"
-        runs = pd.read_csv(file)
+        own = (self.folder / "surface" / "decision.json").exists()
+        runs = pd.read_csv((self.folder if own else self.decisions_from) / "surface" / "runs.csv")
         last = runs[(runs["box"] == runs["box"].max()) & (runs["verdict"] == "ok")]
         units = {f.name: f.unit for f in self.plan.factors}
         factors = [Factor(name, *levels, units[name]) for name, levels in decision["box"].items()]

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pellet_study import rigs
 from pellet_study.doe import plackett_burman
-from pellet_study.powder_chain import OBSERVABLE, SYMBOLS, Chain, table_of
+from pellet_study.powder_chain import OBSERVABLE, RIG, SYMBOLS, Chain, table_of
 
 FIRST_SEED = 5_000  # of the path, within the climb's
 BATCH = 2  # heaps at once
@@ -80,8 +81,7 @@ def calibrate(chain: Chain, wanted_error: float = WANTED_ERROR) -> dict:
     slope = float(sum(slopes[f.name] * u for f, u in zip(factors, uphill, strict=True)))
     slope_error = float(np.sqrt(sum((errors[f.name] * u) ** 2 for f, u in zip(factors, uphill, strict=True))))
     low, high = _ends(chain, factors, uphill)
-    scatter = float(found.model.standard_errors["1"] * np.sqrt(len(good)))
-    freedom = len(good) - len(plan.factors) - 1
+    scatter, freedom = float(np.sqrt(found.model.mean_square_error)), found.model.df_residual
     t = float(np.clip((plan.target - slopes["1"]) / slope, low, high))
     places: list[float] = []
     while True:
@@ -116,9 +116,7 @@ def calibrate(chain: Chain, wanted_error: float = WANTED_ERROR) -> dict:
 
 def _ends(chain: Chain, factors, uphill) -> tuple[float, float]:
     """How far the path goes: twice the box, as far as the rig takes the levels."""
-    from pellet_study import rigs
-
-    known = rigs.rig("repose").parameters
+    known = rigs.rig(RIG).parameters
     low, high = -2.0, 2.0
     for f, u in zip(factors, uphill, strict=True):
         if u:
