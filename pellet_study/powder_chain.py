@@ -44,6 +44,7 @@ SEEDS_A_STAGE = 10_000
 CLIMB_POINTS = 6
 HALF_BOX = 2.0  # half-width of the surface's box, in steps of the climb
 MOVES = 3  # of climb or box, before it is given up
+ALPHA = 0.05  # of the equivalence test, over all settings that are validated
 KEEP_GRAINS = "PELLET_STUDY_GRAINS"  # where the rig leaves the grains of its heaps
 
 
@@ -113,6 +114,11 @@ def plan_of(study: Study, contact_law: str | None = None) -> Plan:
         setting = study.parameters.get(SYMBOLS[printed.name])
         if setting is not None and setting.free:
             factors.append(Factor(printed.name, setting.low, setting.high, printed.unit))
+        elif setting is not None:
+            raise InputError(
+                f"study.toml fixes {SYMBOLS[printed.name]}, which calibrate varies ({printed.name} of the source paper); "
+                "give its min and max, or leave it out for the paper's range"
+            )
         else:
             factors.append(printed)
     known = rigs.rig(RIG).parameters
@@ -202,7 +208,7 @@ class Chain:
         elif isinstance(content, str):
             (folder / f"{name}.txt").write_text(content.rstrip() + "\n", encoding="utf-8")
         else:
-            text = json.dumps(plain(content), indent=1, allow_nan=False)
+            text = json.dumps(plain({"contact_law": self.plan.contact_law, **content}), indent=1, allow_nan=False)
             (folder / f"{name}.json").write_text(text + "\n", encoding="utf-8")
 
     def decision(self, stage: str) -> dict:
@@ -210,11 +216,17 @@ class Chain:
 
         Raises
         ------
-        InputError : the stage was not run
+        InputError : the stage was not run, or with the other contact law
         """
         for folder in (self.folder, self.decisions_from):
             if folder is not None and (folder / stage / "decision.json").exists():
-                return json.loads((folder / stage / "decision.json").read_text(encoding="utf-8"))
+                decided = json.loads((folder / stage / "decision.json").read_text(encoding="utf-8"))
+                if decided["contact_law"] != self.plan.contact_law:
+                    raise InputError(
+                        f"{folder / stage}: was decided with {decided['contact_law']}, not {self.plan.contact_law}; "
+                        "run calibrate on the whole chain, or give --results another folder"
+                    )
+                return decided
         raise InputError(
             f"{self.folder / stage}: the stage {stage} was not run yet; run calibrate without --only first"
         )
@@ -281,7 +293,7 @@ class Chain:
             self.write("climb", "design", pd.DataFrame(points).round(10))
             runs = self.heaps("climb", [point for point in points for _ in range(self.sizes.repeats)])
             self.write("climb", "runs", runs)
-            good = self.good(runs, "climb", 3)
+            good = self.good(runs, "climb", 2 * self.sizes.repeats + 1)  # two places at least
             along = np.array([float(row @ uphill) for row in coded]) / (uphill @ uphill)  # -1 to 1 inside the first box
             place = crossing(
                 np.repeat(along, self.sizes.repeats)[good.index], good[OBSERVABLE].to_numpy(), self.plan.target
@@ -432,6 +444,7 @@ class Chain:
             validation.sample_of(good),
             validation.Sample(target, self.plan.sd, self.plan.n) if self.plan.n > 1 else validation.Sample(target),
             self.plan.margin,
+            alpha=ALPHA / self.sizes.attempts,
         )
         from scipy.special import stdtrit
 
