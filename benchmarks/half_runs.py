@@ -94,14 +94,15 @@ def drawn(table: pd.DataFrame):
     cost.set_xticks(place, [f"{t:g}" for t in table["target_deg"]])
     cost.set_xlabel("target (deg)")
     cost.set_ylabel("heaps to a standard error of 0.5 deg")
-    cost.legend()
+    cost.set_ylim(0, 1.35 * table["full_chain_heaps"].max())
+    cost.legend(loc="upper right")
     angle.errorbar(
         table["target_deg"], table["found_deg"] - table["target_deg"], 1.96 * table["found_error_deg"],
         fmt="o", color=look.MEASURED, capsize=3,
     )  # fmt: skip
     angle.axhline(0, color="black", linewidth=0.8)
     angle.set_xlabel("target (deg)")
-    angle.set_ylabel("angle of the setting found by --few, minus target (deg)")
+    angle.set_ylabel("angle at the setting found\nby --few, minus target (deg)")
     return figure
 
 
