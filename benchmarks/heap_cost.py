@@ -71,6 +71,9 @@ def draw(table: pd.DataFrame, file: Path) -> None:
         even = middle["cpu_seconds"] * table["grains"] / middle["grains"]
         axes.loglog(table["grains"], even, ":", color=LINE, label="in proportion to the grains")
         axes.set(xlabel="grains", ylabel="cpu seconds a heap")
+        axes.set_xticks(table["grains"], [f"{grains:,}" for grains in table["grains"]])
+        axes.set_yticks((5, 10, 20, 50, 100), ("5", "10", "20", "50", "100"))
+        axes.minorticks_off()
         axes.legend()
         file.parent.mkdir(exist_ok=True)
         figure.savefig(file, dpi=150)
