@@ -276,8 +276,8 @@ ENGINES = {  # engine: how, law, numerics, heaps without and with cohesion
     "LIGGGHTS, our stiffness, half our step": (twin, "hertz_mindlin", HALF, (4, 1)),
     "LIGGGHTS, the same without tangential damping": (undamped, "hertz_mindlin", HALF, (4, 0)),
     "LIGGGHTS, customary": (twin, "hertz_mindlin", CUSTOMARY, (3, 1)),
-    "YADE hertz_mindlin, our step": (ours, "hertz_mindlin", {}, (1, 1)),
-    "LIGGGHTS, our stiffness, our step": (twin, "hertz_mindlin", {}, (1, 0)),
+    "YADE hertz_mindlin, our step": (ours, "hertz_mindlin", {"time_step_fraction": 0.18}, (1, 1)),
+    "LIGGGHTS, our stiffness, our step": (twin, "hertz_mindlin", {"time_step_fraction": 0.18}, (1, 0)),
 }
 
 

@@ -37,9 +37,6 @@ SYMBOLS = {
 IDLE = {
     "cohesive_frictional": {"A": "the law has no restitution; A is an idle column, its effect an estimate of noise"}
 }
-# a dense fill of adhesive Mindlin contacts blows up at the rig's own step (results/checks/repose_time_steps.csv)
-NUMERICS = {"hertz_mindlin": {"time_step_fraction": 0.09}}
-SCALING_EXPONENT = dict(zip(SCALINGS, (2.0, 0.0), strict=True))
 SEEDS_A_STAGE = 10_000
 CLIMB_POINTS = 6
 HALF_BOX = 2.0  # half-width of the surface's box, in steps of the climb
@@ -129,7 +126,7 @@ def plan_of(study: Study, contact_law: str | None = None) -> Plan:
         factors,
         {name: s.value for name, s in study.parameters.items() if name in known and name not in moved},
         dict(rows[0].conditions),
-        {"surface_energy_exponent": SCALING_EXPONENT[study.surface_energy_scaling], **NUMERICS.get(law, {})},
+        {"surface_energy_exponent": SCALINGS[study.surface_energy_scaling]},
         float(value),
         sd,
         n,

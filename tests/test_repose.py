@@ -244,3 +244,11 @@ def test_grains_are_written_on_request(tmp_path, monkeypatch):
 
 def test_the_chain_knows_the_rigs_parameters():
     assert set(SYMBOLS.values()) == set(OWN)
+
+
+def test_a_law_has_the_time_step_it_needs():
+    """Mindlin heaps are wrong at the default law's step (results/checks/repose_time_steps.csv)."""
+    step = {law: rigs.case("repose", contact_law=law)["numerics"]["time_step_fraction"] for law in LAWS}
+    assert step == {"cohesive_frictional": 0.18, "hertz_mindlin": 0.09}
+    given = rigs.case("repose", contact_law="hertz_mindlin", numerics={"time_step_fraction": 0.05})
+    assert given["numerics"]["time_step_fraction"] == 0.05
