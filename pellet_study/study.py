@@ -200,7 +200,7 @@ def _text(file: Path, given: dict, key: str, default: str) -> str:
 
 def _choice(file: Path, given: dict, key: str, accepted: Iterable[str]) -> str | None:
     value = given.get(key)
-    if value is not None and value not in accepted:
+    if value is not None and value not in list(accepted):
         raise InputError(f"{file}: {key} {value!r} is unknown{nearest(value, accepted)}")
     return value
 
