@@ -35,8 +35,8 @@ COLUMNS = (
 )
 SINGLE = [e.name for e in twins.CANDIDATES if e.name not in twins.SAME]
 OUTSIDE = [e.name for e in twins.OUTSIDE]
-PAIRS = [("viscoelastic_restitution", "plastic_restitution"), ("adhesion", "load_dependent_friction")]  # often tied
-CONFUSED = [name for pair in PAIRS for name in pair]
+TIED = [("viscoelastic_restitution", "plastic_restitution"), ("adhesion", "load_dependent_friction")]  # often tied
+CONFUSED = [name for pair in TIED for name in pair]
 PAIRS = [  # in different rigs
     "plastic_restitution+cohesion",
     "speed_dependent_rolling+load_dependent_friction",
@@ -302,8 +302,8 @@ def figures(rows: list[dict]) -> list[dict]:
             wrong,
             lambda p, lo, hi: p <= 0.05,
         )
-    nexts = {pair: [r for e in pair for r in of("next", 6.0, e)] for pair in PAIRS}
-    ranked = sorted((pair for pair in PAIRS if nexts[pair]), key=lambda pair: np.mean([right(r) for r in nexts[pair]]))
+    nexts = {pair: [r for e in pair for r in of("next", 6.0, e)] for pair in TIED}
+    ranked = sorted((pair for pair in TIED if nexts[pair]), key=lambda pair: np.mean([right(r) for r in nexts[pair]]))
     for k, pair in enumerate(ranked):
         aim = 0.60 if k == 0 else 0.90
         share(
