@@ -24,6 +24,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from repose_checks import MIDDLE
 
 from pellet_study import rigs, yade
 from yade_scripts import contacts, heap, powder_scene, repose
@@ -37,15 +38,7 @@ LEAST_MODULUS = 5e6  # Pa, below which LIGGGHTS wants to be told that the grains
 
 def middle(seed: int, surface_energy: float, law: str, numerics: dict) -> dict:
     """The middle of the paper's Table 6 with another surface energy."""
-    parameters = {
-        "powder_restitution": 0.15,
-        "powder_static_friction": 0.8,
-        "powder_rolling_friction": 0.35,
-        "powder_steel_restitution": 0.15,
-        "powder_steel_static_friction": 0.72,
-        "powder_steel_rolling_friction": 0.29,
-        "powder_surface_energy": surface_energy,
-    }
+    parameters = MIDDLE | {"powder_surface_energy": surface_energy}
     return rigs.case("repose", contact_law=law, seed=seed, parameters=parameters, numerics=numerics)
 
 

@@ -15,9 +15,8 @@ from pellet_study.errors import InputError
 from pellet_study.look import LIGHT, MEASURED, MODEL, styled
 from pellet_study.pages import number, probability
 from pellet_study.parts import picture, table
+from pellet_study.powder_chain import OBSERVABLE
 
-OBSERVABLE = "repose_angle_deg"
-STAGES = ("screening", "climb", "surface", "optimum", "validation")
 FACTORS = {
     "A": "restitution powder-powder (-)",
     "B": "static friction powder-powder (-)",

@@ -10,7 +10,7 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 import pellet_study
-from pellet_study import answers, figures, look, pictured, powder_stages, stages
+from pellet_study import answers, figures, look, pictured, powder_chain, stages
 from pellet_study.errors import InputError
 from pellet_study.look import label
 from pellet_study.pages import number, probability
@@ -458,7 +458,7 @@ def _repeat(folder: Path) -> dict:
             ("the error ladder", (answers.HISTORY,), f"history {place}"),
             (
                 "powder calibration",
-                ("runs.csv", *(f"{stage}/decision.json" for stage in powder_stages.STAGES)),
+                ("runs.csv", *(f"{stage}/decision.json" for stage in powder_chain.STAGES)),
                 f"calibrate {place}",
             ),
             ("seed bench tests", ("calibration.csv",), f"bench {place}"),
