@@ -256,7 +256,14 @@ def of_study(folder: Path) -> Catalogue:
     rigs = [_own(rig_from, file) for file in _declaring(folder / "rigs", "RIG")]
     effects = [_own(effect_from, file, own=file) for file in _declaring(folder / "effects", "EFFECT")]
     everything = {**base.effects, **{e.name: e for e in effects}}
+    known = {**base.rigs, **{r.name: r for r in rigs}}
+    for effect in effects:
+        if there := [name for name in effect.parameters_in if name in known and known[name].predict is None]:
+            raise InputError(
+                f"{effect.own}: parameters_in names {', '.join(there)}, which runs on YADE, where an effect of your own has "
+                "one set of parameters; make one file for each of its quantities"
+            )
     return Catalogue(
-        {**base.rigs, **{r.name: r for r in rigs}},
+        known,
         dict(sorted(everything.items(), key=lambda item: item[1].order)),
     )

@@ -185,7 +185,7 @@ def unexplained(checked: pd.DataFrame) -> pd.DataFrame:
     return checked[~checked["within"] & ~known]
 
 
-def _setting(row: dict, rig: rigs.Rig, names: tuple[str, ...]) -> str:
+def _setting(row: dict, rig: rigs.YadeRig, names: tuple[str, ...]) -> str:
     """What tells a case from others: the check's two leading names, the damping, and whatever is no default."""
     declared = rig.parameters | rig.conditions | rig.numerics
     damping = "cohesive_frictional_damping"

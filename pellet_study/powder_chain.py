@@ -403,10 +403,9 @@ class Chain:
         Where that is not shown, the setting is corrected along the surface's gradient by what is missing, and validated
         anew with other seeds. Both attempts stay in the table and in the decision; the last one counts.
         """
-        chosen = self.decision("optimum")
+        point, tables, attempts = self.chosen(), [], []
         (self.folder / "validation").mkdir(parents=True, exist_ok=True)
         validation.declare_margin(self.folder / "validation" / "margin.json", self.plan.margin, "deg")
-        point, tables, attempts = chosen["point"], [], []
         while True:
             runs = self.validating_heaps(point, 1000 * len(attempts))
             tables.append(runs.assign(attempt=len(attempts)))
@@ -420,6 +419,13 @@ class Chain:
         decision = {**attempts[-1], "attempts": attempts}
         self.write("validation", "decision", decision)
         return decision
+
+    def chosen(self) -> dict[str, float]:
+        """The setting to validate: the optimum; where it is read from another chain, what that chain's validation left."""
+        read = not (self.folder / "optimum" / "decision.json").exists()
+        if read and self.decisions_from and (file := self.decisions_from / "validation" / "decision.json").exists():
+            return json.loads(file.read_text(encoding="utf-8"))["point"]
+        return self.decision("optimum")["point"]
 
     def validating_heaps(self, point: Mapping[str, float], first: int) -> pd.DataFrame:
         """As many heaps at a setting as the wanted standard error of their mean needs."""

@@ -21,8 +21,8 @@ _used: dict[str, tuple[Path, tuple[Path, ...]]] = {}
 
 
 @dataclass(frozen=True)
-class Rig:
-    """What a rig's file declares.
+class YadeRig:
+    """What the file of a rig that runs on YADE declares; `catalogue.Rig` is any rig as the model sees it.
 
     `parameters`, `conditions` and `numerics` map names to {default, min, max, unit, meaning}; `effects` maps an
     effect's name to its parameters with the value that means absent; `random` rigs scatter over the seed, and `seeds`
@@ -85,7 +85,7 @@ def use(name: str, file: Path, effects: Sequence[Path] = ()) -> None:
 
 
 @cache
-def rig(name: str) -> Rig:
+def rig(name: str) -> YadeRig:
     """The rig of that name.
 
     Raises
@@ -102,7 +102,7 @@ def rig(name: str) -> Rig:
     clash = set(declaration["observables"]) & set(case_file.flat(case_file.example(declaration)))
     if clash:
         raise InputError(f"{file}: {', '.join(sorted(clash))} is both an input and an observable; rename one")
-    return Rig(
+    return YadeRig(
         file=file,
         extra=extra,
         fingerprint=fingerprint(file, extra),

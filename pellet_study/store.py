@@ -46,16 +46,16 @@ class Store:
     def __exit__(self, *_):
         os.close(self.lock)
 
-    def columns(self, rig: rigs.Rig) -> list[str]:
+    def columns(self, rig: rigs.YadeRig) -> list[str]:
         """Columns of a rig's table."""
         return case_file.columns(vars(rig))
 
-    def table(self, rig: rigs.Rig) -> Path:
+    def table(self, rig: rigs.YadeRig) -> Path:
         """File of a rig's table; another set of columns is another file."""
         names = hashlib.sha256(",".join(self.columns(rig)).encode()).hexdigest()[:8]
         return self.folder / f"{rig.name}-{names}.csv"
 
-    def rows(self, rig: rigs.Rig) -> pd.DataFrame:
+    def rows(self, rig: rigs.YadeRig) -> pd.DataFrame:
         """What is stored for a rig, indexed by id; torn, altered or foreign lines are left out."""
         names, file = self.columns(rig), self.table(rig)
         if file.exists() and not file.is_file():

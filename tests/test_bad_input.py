@@ -341,6 +341,10 @@ def test_code_from_outside_the_study_is_not_run(tmp_path, capsys, linked):
         (OWN.replace('"max": 900.0', '"max": -1.0'), ["suction.py", "stress_pa", "min"]),
         (OWN.replace('"min": 0.0, ', ""), ["suction.py", "stress_pa", "lacks min"]),
         (OWN.replace('"parameters": {', '"parameters": 3, "p": {'), ["suction.py"]),
+        (
+            OWN.replace('"parameters": {', '"parameters_in": {"rebound": {}}, "parameters": {'),
+            ["suction.py", "rebound", "one file"],
+        ),
     ],
 )
 def test_code_of_the_studys_own_that_is_broken(tmp_path, capsys, text, words):
