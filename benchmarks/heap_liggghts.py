@@ -9,7 +9,7 @@ density whose greatest pull is the pull-off force. It runs at customary settings
 Rayleigh step) and with grains as soft as ours. At our step of 0.18 neither engine's Hertz-Mindlin heap is right (one
 heap of each shows it), so that both run at half of it. Both angles are read by yade_scripts/heap.py. Cpu seconds are user plus
 system time of the process, its start included. Writes a row a heap to liggghts_heaps.csv as they come (a second call
-goes on where the first was stopped) and liggghts.csv; some 12 cpu minutes.
+goes on where the first was stopped) and liggghts.csv; some 16 cpu minutes.
 """
 
 import argparse
@@ -264,11 +264,11 @@ def undamped(case: dict, folder: Path) -> dict:
 CUSTOMARY = {"stiffness_scale": 1.0, "time_step_fraction": 0.2}
 HALF = {"time_step_fraction": 0.09}
 ENGINES = {  # engine: how, law, numerics, heaps without and with cohesion
-    "YADE cohesive_frictional, default": (ours, "cohesive_frictional", {}, (3, 2)),
-    "YADE hertz_mindlin, half our step": (ours, "hertz_mindlin", HALF, (4, 2)),
-    "LIGGGHTS, our stiffness, half our step": (twin, "hertz_mindlin", HALF, (4, 1)),
-    "LIGGGHTS, the same without tangential damping": (undamped, "hertz_mindlin", HALF, (4, 0)),
-    "LIGGGHTS, customary": (twin, "hertz_mindlin", CUSTOMARY, (3, 1)),
+    "YADE cohesive_frictional, default": (ours, "cohesive_frictional", {}, (6, 2)),
+    "YADE hertz_mindlin, half our step": (ours, "hertz_mindlin", HALF, (6, 2)),
+    "LIGGGHTS, our stiffness, half our step": (twin, "hertz_mindlin", HALF, (6, 1)),
+    "LIGGGHTS, the same without tangential damping": (undamped, "hertz_mindlin", HALF, (6, 0)),
+    "LIGGGHTS, customary": (twin, "hertz_mindlin", CUSTOMARY, (6, 1)),
     "YADE hertz_mindlin, our step": (ours, "hertz_mindlin", {"time_step_fraction": 0.18}, (1, 1)),
     "LIGGGHTS, our stiffness, our step": (twin, "hertz_mindlin", {"time_step_fraction": 0.18}, (1, 0)),
 }

@@ -34,6 +34,15 @@ SYMBOLS = {
     "F": "powder_steel_rolling_friction",
     "G": "powder_surface_energy",
 }
+NAMES = {
+    "A": "restitution powder-powder",
+    "B": "static friction powder-powder",
+    "C": "rolling friction powder-powder",
+    "D": "restitution powder-steel",
+    "E": "static friction powder-steel",
+    "F": "rolling friction powder-steel",
+    "G": "surface energy",
+}
 IDLE = {
     "cohesive_frictional": {"A": "the law has no restitution; A is an idle column, its effect an estimate of noise"}
 }
@@ -518,10 +527,10 @@ class Chain:
 
 
 # ------------------------------------------------------------------------------------------------------------ parts
-def table_of(runs: pd.DataFrame, factors: list[Factor]) -> DesignTable:
-    """The runs as a design table in the factors given."""
+def table_of(runs: pd.DataFrame, factors: list[Factor], response: str = OBSERVABLE) -> DesignTable:
+    """The runs as a design table in the factors given, the angle under the name that figures show."""
     frame = runs[[f.name for f in factors] + [OBSERVABLE]].reset_index(drop=True)
-    return code_design(frame, factors, source="runs.csv")
+    return code_design(frame.rename(columns={OBSERVABLE: response}), factors, source="runs.csv")
 
 
 def scatter(runs: pd.DataFrame) -> float | None:

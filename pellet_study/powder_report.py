@@ -8,17 +8,7 @@ import pandas as pd
 from pellet_study import powder_stages, render, rigs
 from pellet_study.doe import figures
 from pellet_study.doe.answers import plain
-from pellet_study.powder_chain import RIG, STAGES, Chain, Plan, summary
-
-NAMES = {
-    "A": "restitution powder-powder",
-    "B": "static friction powder-powder",
-    "C": "rolling friction powder-powder",
-    "D": "restitution powder-steel",
-    "E": "static friction powder-steel",
-    "F": "rolling friction powder-steel",
-    "G": "surface energy, J/m2",
-}
+from pellet_study.powder_chain import NAMES, RIG, STAGES, Chain, Plan, summary
 
 
 def answer(decisions: dict[str, dict]) -> dict:

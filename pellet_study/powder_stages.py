@@ -9,24 +9,15 @@ import pandas as pd
 
 from pellet_study import look
 from pellet_study.doe import box_behnken, figures, optimum, plackett_burman
-from pellet_study.doe.design_table import code_design
 from pellet_study.doe.factors import Factor
 from pellet_study.errors import InputError
 from pellet_study.look import LIGHT, MEASURED, MODEL, styled
 from pellet_study.pages import number, probability
 from pellet_study.parts import picture, table
-from pellet_study.powder_chain import OBSERVABLE
+from pellet_study.powder_chain import NAMES, OBSERVABLE, SYMBOLS, table_of
 
-FACTORS = {
-    "A": "restitution powder-powder (-)",
-    "B": "static friction powder-powder (-)",
-    "C": "rolling friction powder-powder (-)",
-    "D": "restitution powder-steel (-)",
-    "E": "static friction powder-steel (-)",
-    "F": "rolling friction powder-steel (-)",
-    "G": "surface energy (J/m²)",
-}
 UNITS = {"G": "J/m²"}
+ANGLE = "repose angle"
 
 
 def powder(folder: Path, measured: tuple[float, float | None] | None) -> list[dict]:
@@ -74,22 +65,17 @@ def _good(folder: Path, stage: str) -> tuple[pd.DataFrame, str]:
     return good, words + "."
 
 
-def _table_of(runs: pd.DataFrame, factors: list[Factor]):
-    frame = runs[[f.name for f in factors] + [OBSERVABLE]].reset_index(drop=True)
-    return code_design(frame.rename(columns={OBSERVABLE: "repose angle"}), factors, source="runs.csv")
-
-
 def _screening(folder: Path, measured) -> dict:
     good, words = _good(folder, "screening")
     decision = _decision(folder, "screening")
-    names = [name for name in FACTORS if name in good]
+    names = [name for name in SYMBOLS if name in good]
     factors = [Factor(n, float(good[n].min()), float(good[n].max()), UNITS.get(n, "-")) for n in names]
-    found = plackett_burman.analyse(_table_of(good, factors))
+    found = plackett_burman.analyse(table_of(good, factors, ANGLE))
     errors = found.model.standard_errors
     rows = [
         [
             n,
-            FACTORS[n],
+            f"{NAMES[n]} ({UNITS.get(n, '-')})",
             f"{f.low:g} to {f.high:g}",
             f"{found.effects[n]:+.2f} ± {2 * errors[n]:.2f}",
             probability(found.p[n]),
@@ -172,7 +158,7 @@ def _surface(folder: Path, measured) -> dict:
     if "box" in good:
         good = good[good["box"] == good["box"].max()]
     factors = [Factor(name, *levels, UNITS.get(name, "-")) for name, levels in decision["box"].items()]
-    found = box_behnken.analyse(_table_of(good, factors))
+    found = box_behnken.analyse(table_of(good, factors, ANGLE))
     target = optimum.target_set(found, measured[0], measured[1] or 0.0) if measured else None
     lines = [
         f"Box-Behnken: {words} R² {found.r2:.4f}, predicted {found.r2_predicted:.4f}; lack of fit p {probability(found.lack_of_fit_p)}."
