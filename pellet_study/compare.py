@@ -573,8 +573,6 @@ def level_out_errors(state: Calibrated) -> dict[str, float]:
     Unweighted, in the observable's unit; for conditions with at least three levels, where enough cells stay to fit.
     """
     model, evidence = state.model, state.evidence
-    if model.step >= 1e-3:
-        return {}  # refits on a simulator cost too much for a side remark
     rows = [row for row in state.study.rows if row.split == "fit"]
     place = {key(case): k for k, case in enumerate(model.cases)}
     cells = [model.cases[c] for c in evidence.case]

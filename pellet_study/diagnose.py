@@ -273,7 +273,7 @@ def signatures(state: Calibrated, names: Sequence[str], basis: np.ndarray) -> li
     One for each side an effect may take and each of three shapes where it has shape parameters.
     """
     model, evidence, point = state.model, state.evidence, state.fit.point
-    shares = np.geomspace(1e-4, 1, 13) if model.step < 1e-3 else np.array([0.1, 0.3, 1.0])
+    shares = np.geomspace(1e-4, 1, 13)
     trials, labels = [point], []
     for name in names:
         effect = model.study.catalogue.effects[name]
@@ -314,8 +314,6 @@ def signatures(state: Calibrated, names: Sequence[str], basis: np.ndarray) -> li
                 slope = np.log(length[k, i] / length[k, i - 1]) / np.log(shares[i] / shares[i - 1])
                 if slope > 0.05:
                     share = shares[i - 1] * (STEP / length[k, i - 1]) ** (1 / slope)
-        if model.step >= 1e-3:
-            share = shares[above[0]] if len(above) else shares[-1]
         sizes_at.append(absent + reach * min(share, 1.0))
         trial = point.copy()
         columns = columns_of(model, name)
@@ -364,31 +362,24 @@ def rival_problem(
 
 
 def refits(state: Calibrated, names: Sequence[str], shown: Sequence[Signature], scores: np.ndarray):
-    """Each shown candidate refitted within its physical range, and without that limit where it ends at it.
-
-    On a simulator only those with a score above 1, and at least the best four.
-    """
+    """Each shown candidate refitted within its physical range, and without that limit where it ends at it."""
     model = state.model
     best: dict[str, int] = {}
     for k, s in enumerate(shown):
         if s.effect not in best or scores[k] > scores[best[s.effect]]:
             best[s.effect] = k
     order = sorted(best, key=lambda e: -scores[best[e]])
-    if model.step >= 1e-3:
-        order = [e for k, e in enumerate(order) if k < 4 or scores[best[e]] > 1]
     problems = []
     for name in order:
         s = shown[best[name]]
         columns = columns_of(model, name)
         limit = physical(model, name)[0][1 if s.sign > 0 else 0]
         first = {columns[0]: s.size, **dict(zip(columns[1:], s.shape.values(), strict=True))}
-        absent = model.study.catalogue.effects[name].neutral()
         far = {**first, columns[0]: s.size + 0.3 * (limit - s.size)}
         starts = [first, far]
         for other in shown:
             if other.effect == name and other.shape != s.shape and other.sign == s.sign:
                 starts.append({columns[0]: other.size, **dict(zip(columns[1:], other.shape.values(), strict=True))})
-        del absent
         problems.append(rival_problem(state, [name], starts))
     fits = dict(zip([(name,) for name in order], fit_many(model, state.evidence, problems), strict=True))
     stuck = []
@@ -672,8 +663,10 @@ def _pairs_of(levels: dict, usual: dict):
 
 def reading_uncertainty(state: Calibrated, cases: Sequence[Case], predicted: np.ndarray) -> np.ndarray:
     """Expected standard uncertainty of one more mean reading at each case, from those of the rig's rows."""
-    study = state.study
+    study, evidence = state.study, state.evidence
     spread = reading_sd(study, state.model)
+    unit = np.sqrt(state.fit.chi2 / max(len(evidence.case) - len(state.fit.problem.free), 1))
+    cells = [(state.model.cases[c], sd) for c, sd in zip(evidence.case, evidence.sd, strict=True)]
     found = np.empty(len(cases))
     for k, case in enumerate(cases):
         rows = [
@@ -688,11 +681,8 @@ def reading_uncertainty(state: Calibrated, cases: Sequence[Case], predicted: np.
                 [max(row.n, sum(r.conditions == row.conditions for r, _ in rows)) for row, _ in known[:50]]
             )
             found[k] = np.sqrt(near[1] ** 2 / repeats + near[0].setup_sd ** 2)
-        elif rows:
-            found[k] = (
-                np.sqrt(state.fit.chi2 / max(len(state.evidence.case) - len(state.fit.problem.free), 1))
-                * state.evidence.sd[0]
-            )
+        elif like := [s for cell, s in cells if (cell.rig, cell.observable) == (case.rig, case.observable)]:
+            found[k] = unit * np.median(like)
         else:
             found[k] = 0.05 * abs(predicted[k])
     return np.maximum(found, 1e-12)
@@ -717,7 +707,7 @@ def next_measurement(state: Calibrated, rivals: Sequence[Rival]) -> NextMeasurem
         points.append(_in(model, state.model, rival.fit.point))
         for k, column in enumerate(free):
             moved = rival.fit.point.copy()
-            h = max(model.step, 1e-4) * span[k]
+            h = 1e-4 * span[k]
             moved[column] += h if moved[column] + h <= rival.fit.problem.high[k] else -h
             points.append(_in(model, state.model, moved))
     predicted = model.predict(np.array(points)).mean
@@ -727,7 +717,7 @@ def next_measurement(state: Calibrated, rivals: Sequence[Rival]) -> NextMeasurem
         own = predicted[place]
         slopes = []
         for k, column in enumerate(free):
-            h = max(model.step, 1e-4) * span[k]
+            h = 1e-4 * span[k]
             h = h if rival.fit.point[column] + h <= rival.fit.problem.high[k] else -h
             slopes.append((predicted[place + 1 + k] - own) / h)
         slopes = np.array(slopes).reshape(len(free), -1)

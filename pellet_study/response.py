@@ -109,13 +109,14 @@ def effect_terms(u: np.ndarray, shapes: np.ndarray, x: np.ndarray) -> np.ndarray
 class Surface:
     """Coefficients of ln mu, their covariance, and the relative scatter (variance over mean squared) of one point.
 
-    `of_ratio` says of an effect's that they are those of exp E - 1.
+    `of_ratio` says of an effect's that they are those of exp E - 1; `free` are the points beyond the terms of a fit.
     """
 
     coefficients: np.ndarray
     covariance: np.ndarray
     scatter: float
     of_ratio: bool = False
+    free: int = 0
 
     @classmethod
     def fitted(cls, terms, means) -> "Surface":
@@ -132,14 +133,16 @@ class Surface:
         for _ in range(ROUNDS):
             coefficients = inverse @ (terms.T @ (eta + means * np.exp(-eta) - 1))
             eta = terms @ coefficients
-        free = max(len(means) - terms.shape[1], 1)
-        scatter = max(float(np.square(means * np.exp(-eta) - 1).sum()) / free, 1e-8)
-        return cls(coefficients, scatter * inverse, scatter)
+        free = len(means) - terms.shape[1]
+        scatter = max(float(np.square(means * np.exp(-eta) - 1).sum()) / max(free, 1), 1e-8)
+        return cls(coefficients, scatter * inverse, scatter, free=max(free, 0))
 
 
-def pooled(surfaces: Sequence[Surface], points: Sequence[int]) -> list[Surface]:
+def pooled(surfaces: Sequence[Surface]) -> list[Surface]:
     """Surfaces of one rig with the scatter they have in common, weighted by their degrees of freedom."""
-    free = np.array([max(n - len(s.coefficients), 1) for s, n in zip(surfaces, points, strict=True)])
+    free = np.array([s.free for s in surfaces])
+    if not free.any():
+        return list(surfaces)
     scatter = float(free @ [s.scatter for s in surfaces]) / free.sum()
     return [replace(s, scatter=scatter, covariance=s.covariance * scatter / s.scatter) for s in surfaces]
 

@@ -18,6 +18,7 @@ from pathlib import Path
 import numpy as np
 
 from pellet_study import dispatch, rigs, yade
+from pellet_study.campaign import TOOK_LONGER
 from pellet_study.engine import Request
 from pellet_study.errors import SimulationError
 from pellet_study.response import (
@@ -36,6 +37,7 @@ from pellet_study.response import (
 from pellet_study.study import SCALINGS, Study
 
 BASE = 2.4  # points a term of the base surface
+SPARE = 2  # points beyond its terms, at least: they tell the scatter
 EFFECT = {1: 5, 2: 8}  # points of an effect's surface, by the sides it may take
 PAIRED_EFFECT = 8  # in a paired rig
 EFFECT_SEEDS = 0.5  # share of a mean's seeds that they take
@@ -178,7 +180,8 @@ class Simulated:
         factors = self._factors(site)
         p = len(factors)
         least = PAIRED_EFFECT * self.effort if rigs.rig(site.rig).paired else 4
-        count = int(np.ceil(max(least, BASE * (p + 1) * (p + 2) / 2 * self.effort)))
+        terms = (p + 1) * (p + 2) // 2
+        count = int(np.ceil(max(least, terms + SPARE, BASE * terms * self.effort)))
         stream, seeds = _stream(site), self._seeds(site.rig)
         return [
             Point(site, self._values(factors, x), None, (1000 * stream + k) * seeds, seeds)
@@ -264,37 +267,40 @@ class Simulated:
             if site not in self.dead:
                 together.setdefault((site.rig, site.observable), []).append(site)
         for mine in together.values():
-            surfaces = pooled([self._base[site] for site in mine], [len(plans[site]) for site in mine])
-            self._base |= dict(zip(mine, surfaces, strict=True))
+            self._base |= dict(zip(mine, pooled([self._base[site] for site in mine]), strict=True))
         groups: dict[tuple[str, str, str], list[Site]] = {}
         for site, name in wanted:
             groups.setdefault((site.rig, site.observable, name), []).append(site)
         for (_, _, name), mine in groups.items():
             runs = {site: self._effect_runs(site, name, plans[site, name], results) for site in mine}
-            alive = [site for site in mine if site not in self.dead]
+            alive = [site for site in mine if site not in self.dead and np.isfinite(runs[site].with_it).any()]
             shapes = len(self.catalogue.effects[name].parameters) - 1
             surfaces = fitted_effects([runs[site] for site in alive], shapes) if alive else []
             self._effects |= {(site, name): surface for site, surface in zip(alive, surfaces, strict=True)}
             unknown = np.full(runs[mine[0]].terms.shape[1], np.nan)
             self._effects |= {
-                (site, name): Surface(unknown, np.diag(unknown), np.nan) for site in mine if site in self.dead
+                (site, name): Surface(unknown, np.diag(unknown), np.nan) for site in mine if site not in alive
             }
         self._ready |= asked
 
     def _fit_base(self, site: Site, plan: Sequence[Point], results: Mapping) -> Surface:
-        means = Link.of(site.observable).mu(self._means_of(site, plan, results))
+        found, lost = self._means_of(site, plan, results)
+        means = Link.of(site.observable).mu(found)
         kept = np.isfinite(means)
         terms = quadratic(self._scaled(site, [p.factors for p in plan]))[kept]
-        if site in self.dead:
+        if lost:
+            self.dead[site] = f"{lost}; change the ranges in study.toml, or leave this row out"
             unknown = np.full(terms.shape[1], np.nan)
             return Surface(unknown, np.diag(unknown), np.nan)
         return Surface.fitted(terms, means[kept])
 
     def _effect_runs(self, site: Site, name: str, plan: Sequence[Point], results: Mapping) -> EffectRuns:
-        with_it = self._means_of(site, plan, results)
+        with_it, lost = self._means_of(site, plan, results)
+        if lost:
+            self.warnings.append(f"{lost}: what {name} would do there is not known")
         without = None
         if rigs.rig(site.rig).paired:
-            without = self._means_of(site, [replace(p, effect=None) for p in plan], results)
+            without, _ = self._means_of(site, [replace(p, effect=None) for p in plan], results)
         x = self._scaled(site, [p.factors for p in plan])
         given = [dict(p.effect[1]) for p in plan]
         u, shapes = self._amounts(name, {k: np.array([values[k] for values in given]) for k in given[0]})
@@ -310,8 +316,8 @@ class Simulated:
             base.scatter * self._seeds(site.rig) / plan[0].seeds * rate**2,
         )
 
-    def _means_of(self, site: Site, plan: Sequence[Point], results: Mapping) -> np.ndarray:
-        """Means of some points; NaN where all simulations of a point failed."""
+    def _means_of(self, site: Site, plan: Sequence[Point], results: Mapping) -> tuple[np.ndarray, str]:
+        """Means of some points, NaN where all simulations of one failed; where most of all failed, no mean, and why."""
         lost = sum(results[p][1] for p in plan)
         total = sum(p.seeds for p in plan)
         if lost:
@@ -319,10 +325,9 @@ class Simulated:
             what = ", ".join(f"{k} = {v:g}" for k, v in site.conditions)
             text = f"{lost} of {total} simulations of {site.rig} ({what}) failed, the first with: {reason}"
             if lost > MOST_LOST * total:
-                self.dead[site] = f"{text}; change the ranges in study.toml, or leave this row out"
-                return np.full(len(plan), np.nan)
+                return np.full(len(plan), np.nan), text
             self.warnings.append(f"{text}; the answer rests on the others")
-        return np.array([results[p][0] for p in plan])
+        return np.array([results[p][0] for p in plan]), ""
 
     def _run(self, plans: Sequence[tuple]) -> list[tuple[float, int, str]]:
         """Mean, number of failed seeds and first reason of each (site, factors, effects, first seed, seeds)."""
@@ -360,7 +365,7 @@ class Simulated:
                 mean = float(values.mean()) if len(values) else np.nan
                 sd = float(values.std(ddof=1)) if len(values) > 1 else np.nan
                 memory[key] = (mean, sd, len(values), int((~fine).sum()), reason)
-            self._remember(fresh)
+            self._remember([key for key in fresh if TOOK_LONGER not in memory[key][4]])
         return [(memory[key][0], memory[key][3], memory[key][4]) for key in keys]
 
     def _memory(self) -> dict:

@@ -4,9 +4,11 @@ from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 
-from pellet_study import response, rigs
+from pellet_study import response, rigs, simulated
+from pellet_study.campaign import TOOK_LONGER
 from pellet_study.challenge.bench import BENCH
 from pellet_study.compare import calibrate
 from pellet_study.engine import Request
@@ -145,6 +147,59 @@ def test_a_failing_rig_is_said_and_a_dead_one_ends_the_answer(tmp_path):
     study = load(study_in(tmp_path / "s", heavy))
     with pytest.raises(SimulationError, match="times the seed's mass.*leave this row out"):
         calibrate(study)
+
+
+def stubbed(monkeypatch, fails):
+    """A stub in place of YADE: a seed slips at atan(mu) less the plate's tilt; some cases fail, all are counted."""
+    asked = []
+
+    def run(cases, store, **_):
+        store.mkdir(exist_ok=True)
+        asked.extend(cases)
+        rng = np.random.default_rng(len(asked))
+        rows = []
+        for case in cases:
+            mu = case["parameters"]["seed_powder_static_friction"] * (1 + 1e-3 * rng.standard_normal())
+            angle = np.degrees(np.arctan(mu)) - case["effects"]["plate_tilt"]["tilt_deg"]
+            reason = fails(case)
+            rows.append({"slip_angle_deg": np.nan if reason else angle, "status": reason or "ok"})
+        return pd.DataFrame(rows)
+
+    monkeypatch.setattr(simulated.dispatch, "run", run)
+    return asked
+
+
+def test_an_effect_that_cannot_be_simulated_silences_no_other(tmp_path, monkeypatch):
+    stubbed(monkeypatch, lambda case: "jammed" if case["effects"]["adhesion"]["surface_energy"] else None)
+    model = Model(load(study_in(tmp_path / "s", SLIPS)))
+    points = np.repeat(model.base[None], 3, axis=0)
+    points[1, model.column["adhesion.surface_energy"]] = 0.1
+    points[2, model.column["plate_tilt.tilt_deg"]] = 1.0
+    mean = model.predict(points).mean
+    assert np.isnan(mean[1]).all() and not model.engines["slope_slip"].dead
+    assert mean[2] == pytest.approx(mean[0] - 1, abs=0.1)
+    assert any("jammed: what adhesion would do" in text for text in model.warnings)
+
+
+def test_what_ran_out_of_time_is_asked_for_again(tmp_path, monkeypatch):
+    asked = stubbed(monkeypatch, lambda case: f"{TOOK_LONGER} 9 s" if case["seed"] % 7 == 0 else None)
+    for _ in range(2):
+        model = Model(load(study_in(tmp_path / "s", SLIPS)))
+        model.predict(model.base)
+        asked.append(None)
+    first = asked.index(None)
+    again = asked[first + 1 : -1]
+    assert 0 < len(again) < first and any(case["seed"] % 7 == 0 for case in again)
+
+
+def test_a_surface_through_as_few_points_as_terms_tells_no_scatter():
+    rng = np.random.default_rng(4)
+    x = np.linspace(-1, 1, 12)[:, None]
+    noisy = response.Surface.fitted(response.quadratic(x), np.exp(0.1 * rng.standard_normal(12)))
+    saturated = response.Surface.fitted(response.quadratic(x[::5]), np.array([1.0, 1.3, 0.9]))
+    assert noisy.free == 9 and saturated.free == 0
+    both = response.pooled([noisy, saturated])
+    assert both[0].scatter == both[1].scatter == pytest.approx(noisy.scatter)
 
 
 EFFECT = """

@@ -17,6 +17,7 @@ from pellet_study.calibrate import fit, problem_of
 from pellet_study.challenge.bench import BENCH
 from pellet_study.challenge.demonstration import Demonstration
 from pellet_study.compare import calibrate
+from pellet_study.errors import InputError
 from pellet_study.evidence import Evidence
 from pellet_study.model import Model
 from pellet_study.refine import refine
@@ -130,6 +131,7 @@ def draw(stored: Stored, name: str, lam: float, sign: int, amount: float, number
         "hidden": name,
         "lambda": f"{lam:g}",
         "sign": sign,
+        "amount": f"{amount:.6g}",
         "number": number,
         **described(answer, TRUE, effects),
     }
@@ -165,6 +167,7 @@ COLUMNS = (
     "hidden",
     "lambda",
     "sign",
+    "amount",
     "number",
     "verdict",
     "first",
@@ -193,9 +196,24 @@ def plan(stored: Stored, scale: float = 1.0) -> list[tuple[str, float, int, floa
 
 
 def run(stored: Stored, file: Path, scale: float = 1.0, seconds: float = np.inf, show=None) -> int:
-    """Do the draws that are missing from a table, all kinds growing alike; returns how many were done."""
-    done = {(r["hidden"], float(r["lambda"]), int(r["sign"]), int(r["number"])) for r in read(file)}
-    jobs = [(k / n, *entry, k) for *entry, n in plan(stored, scale) for k in range(n)]
+    """Do the draws that are missing from a table, all kinds growing alike; returns how many were done.
+
+    Raises
+    ------
+    InputError : the table's amounts are not those of these surfaces
+    """
+    planned = plan(stored, scale)
+    amounts = {(name, f"{lam:g}", sign): amount for name, lam, sign, amount, _ in planned}
+    rows = read(file)
+    for row in rows:
+        amount = amounts.get((row["hidden"], row["lambda"], int(row["sign"])), np.nan)
+        if not np.isclose(float(row["amount"]), amount, rtol=1e-3, atol=0):
+            raise InputError(
+                f"{file}: a draw of {row['hidden']} at lambda {row['lambda']} hides {row['amount']}, where the present surfaces "
+                f"ask for {amount:.6g}; its draws belong to other surfaces: move it away"
+            )
+    done = {(r["hidden"], float(r["lambda"]), int(r["sign"]), int(r["number"])) for r in rows}
+    jobs = [(k / n, *entry, k) for *entry, n in planned for k in range(n)]
     jobs = [job[1:] for job in sorted(jobs, key=lambda j: j[0]) if (*job[1:4], job[5]) not in done]
     until, count, new = time.monotonic() + seconds, 0, not file.exists()
     with file.open("a", newline="", encoding="utf-8") as stream:
