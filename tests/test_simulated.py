@@ -277,8 +277,8 @@ def test_a_rig_of_ones_own_is_calibrated(tmp_path, capsys):
     assert answer["parameters"]["gravity_m_s2"] == pytest.approx(8.0, rel=0.02)
 
 
-def test_a_sealed_trial_from_seal_to_opening(tmp_path):
-    """The bookkeeping of a trial; readings drawn from closed forms stand in for the simulated ones."""
+def test_the_study_a_trial_writes_is_the_one_it_means(tmp_path):
+    """Its rows, conditions, starting values and numbers of trials; the readings are drawn here."""
     truth = dict(zip(BENCH.truth, (0.35, 0.6, 0.25), strict=True))
     rng = np.random.default_rng(2)
     readings = []

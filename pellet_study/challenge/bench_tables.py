@@ -21,15 +21,16 @@ def figures(rows: Sequence[dict], strong: Callable[[dict], bool]) -> list[dict]:
     """The acceptance figures of the bench rigs; `strong` says which trials count as lambda 8."""
     found: list[dict] = []
 
-    def share(label: str, aim: str, chosen, hit, low: float | None = None, high: float | None = None) -> None:
+    def share(label: str, aim: str, chosen, hit, low: float = 0.0, high: float = 1.0, bound: float = 1.0) -> None:
+        """Aim: a share of at least `low` and at most `high`, the upper end of its interval not above `bound`."""
         chosen = list(chosen)
         if not chosen:
             return
         hits, n = sum(map(hit, chosen)), len(chosen)
         below, above = interval(hits, n)
-        met = "" if low is None and high is None else "yes"
-        if (low is not None and hits / n < low) or (high is not None and hits / n > high):
-            met = "no" if (low is not None and above < low) or (high is not None and below > high) else "within scatter"
+        met = "yes" if low <= hits / n <= high and above <= bound else "no"
+        if met == "no" and below <= high and above >= low:
+            met = "within scatter"
         found.append(
             {
                 "figure": label,
@@ -37,15 +38,22 @@ def figures(rows: Sequence[dict], strong: Callable[[dict], bool]) -> list[dict]:
                 "measured": f"{100 * hits / n:.1f} %",
                 "95 % interval": f"{100 * below:.1f} to {100 * above:.1f} %",
                 "trials": n,
-                "met": met,
+                "met": met if aim else "",
             }
         )
 
     nothing = [r for r in rows if r["kind"] == "nothing"]
     one = [r for r in rows if r["kind"] == "one"]
     eight = [r for r in one if strong(r)]
-    share("nothing hidden: an effect named", "<= 5 %, bound < 8 %", nothing, lambda r: bool(named(r)), high=0.05)
-    share("nothing hidden: any verdict but adequate", "<= 5 %, bound < 8 %", nothing, _noticed, high=0.05)
+    share(
+        "nothing hidden: an effect named",
+        "<= 5 %, bound < 8 %",
+        nothing,
+        lambda r: bool(named(r)),
+        high=0.05,
+        bound=0.08,
+    )
+    share("nothing hidden: any verdict but adequate", "<= 5 %, bound < 8 %", nothing, _noticed, high=0.05, bound=0.08)
     for lam, least in ((4, 0.88), (6, 0.98)):
         chosen = [r for r in one if abs(_strength(r) - lam) < 0.7]
         share(f"lambda {lam}: noticed", f">= {100 * least:.0f} %", chosen, _noticed, low=least)
@@ -62,6 +70,7 @@ def figures(rows: Sequence[dict], strong: Callable[[dict], bool]) -> list[dict]:
     if added:
         covered, constants = sum(int(r["covered"]) for r in added), sum(int(r["constants"]) for r in added)
         below, above = interval(covered, constants)
+        near = "within scatter" if below <= 0.97 and above >= 0.93 else "no"
         found.append(
             {
                 "figure": "95 % intervals of the constants cover, after the addition",
@@ -69,7 +78,7 @@ def figures(rows: Sequence[dict], strong: Callable[[dict], bool]) -> list[dict]:
                 "measured": f"{100 * covered / constants:.1f} %",
                 "95 % interval": f"{100 * below:.1f} to {100 * above:.1f} %",
                 "trials": len(added),
-                "met": "yes" if 0.93 <= covered / constants <= 0.97 else "within scatter" if below <= 0.97 else "no",
+                "met": "yes" if 0.93 <= covered / constants <= 0.97 else near,
             }
         )
         ratios = np.array([float(r["size_ratio"]) for r in added if r["size_ratio"]])
@@ -196,7 +205,8 @@ def write_sealed(rows: Sequence[dict], folder: Path, command: str, text: str = B
     ]
     lines = [
         *text.format(trials=len(rows), command=command).splitlines(),
-        "Strengths of 7.3 and more count as lambda 8. `within scatter`: the interval holds the aim, the share does not meet it.",
+        "Strengths are those on the present surfaces; 7.3 and more count as lambda 8. `within scatter`: the share or its bound",
+        "misses the aim, the interval holds it.",
         "",
         *_table(found),
         "## Other numerics than the model's, and the same",

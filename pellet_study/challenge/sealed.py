@@ -88,8 +88,9 @@ def measure(of: Demonstration, numbers: Sequence[int], folder: Path, store: Path
                 some = table.iloc[place : place + count]
                 place += count
                 values = some[of.observables[rig]].to_numpy(float)[(some["status"] == "ok").to_numpy()]
-                if not len(values):
-                    raise SimulationError(f"trial {n}: no reading of {rig} {given}: {some['status'].iloc[0]}")
+                if len(values) < min(2, count):
+                    lost = some.loc[some["status"] != "ok", "status"].iloc[0]
+                    raise SimulationError(f"trial {n}: {len(values)} of {count} readings of {rig} {given}: {lost}")
                 if rig in of.instrument_sd:
                     noise = of.instrument_sd[rig] * rng.standard_normal(of.repeats[rig])
                     values = np.resize(values, of.repeats[rig]) + noise
@@ -145,10 +146,14 @@ def answer(place: Path, stored: Stored) -> tuple[Refinement, Comparison]:
     return found, after
 
 
-def opened(of: Demonstration, number: int, folder: Path, found: Refinement, after: Comparison) -> dict:
-    """The truth beside the answer, as a row of the trials' table; effects that are one class have one name there."""
-    truth = _truth(folder, number)
-    lam = truth["lambda"]
+def opened(stored: Stored, number: int, folder: Path, found: Refinement, after: Comparison) -> dict:
+    """The truth beside the answer, as a row of the trials' table; effects that are one class have one name there.
+
+    Strengths are those on the present surfaces, the envelope has that of the day it was sealed.
+    """
+    of, truth = stored.of, _truth(folder, number)
+    known = set(truth["effects"]) <= set(stored.study.catalogue.effects)
+    lam = stored.strength(truth["parameters"], truth["effects"]) if known else None
     row = described(found, truth["parameters"], truth["effects"])
     classes = ("+".join(sorted({of.same.get(n, n) for n in names})) for names in found.tied)
     return {
@@ -221,7 +226,7 @@ def run(
     for number in range(count):
         place = folder / f"{number:02d}"
         if (place / "measurements.csv").exists():
-            rows.append(opened(of, number, folder, *answer(place, stored)))
+            rows.append(opened(stored, number, folder, *answer(place, stored)))
     file = folder / "sealed.csv"
     with file.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")

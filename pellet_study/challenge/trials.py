@@ -33,7 +33,7 @@ class Truth:
 
 @dataclass(frozen=True)
 class Outcome:
-    """One trial's answer. `noticed`: the base model is not called adequate; `gate`: its gate opened."""
+    """One trial's answer; `first` is the verdict on the base model."""
 
     verdict: str
     first: str

@@ -56,8 +56,7 @@ def run(arguments: argparse.Namespace) -> dict:
 
 
 def _command(arguments: argparse.Namespace) -> str:
-    folder = "hidden_heaps" if arguments.on == "heaps" else "hidden_effect"
-    return f"pellet-study challenge results/{folder} --on {arguments.on} --scale {arguments.scale:g}"
+    return f"pellet-study challenge {arguments.study} --on {arguments.on} --scale {arguments.scale:g}"
 
 
 def _twins(arguments: argparse.Namespace, show) -> dict:

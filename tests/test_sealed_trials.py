@@ -1,0 +1,97 @@
+"""Sealed trials from the envelope to its opening. A stub with a closed form stands in for YADE: this tests the driver."""
+
+import csv
+import json
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pellet_study import dispatch
+from pellet_study.challenge import sealed
+from pellet_study.challenge.demonstration import Demonstration
+
+PULL = 300.0  # mm2 per J/m2: tan a = mu (1 + PULL gamma / length2), as a film that pulls on the seed would have it
+
+SLIPS = Demonstration(
+    title="Seeds that slip",
+    observables={"slope_slip": "slip_angle_deg"},
+    conditions=[("slope_slip", {"seed_length_mm": d}) for d in (1.2, 1.5, 1.9, 2.4, 3.0)],
+    ranges={"seed_powder_static_friction": (0.6, 0.3, 0.9)},
+    truth={"seed_powder_static_friction": (0.5, 0.7)},
+    repeats={"slope_slip": 10},
+    scatter={},
+    instrument_sd={"slope_slip": 0.3},
+    other_numerics={"slope_slip": {"stiffness_scale": 0.4}},
+    trials={"one": 3, "nothing": 2},
+    candidates=("adhesion",),
+    hides=("adhesion",),
+)
+
+
+@pytest.fixture
+def asked(monkeypatch) -> list[dict]:
+    cases_asked = []
+
+    def run(cases, store, **_):
+        store.mkdir(parents=True, exist_ok=True)
+        cases_asked.extend(cases)
+        angles = []
+        for case in cases:
+            film = PULL * case["effects"]["adhesion"]["surface_energy"] / case["conditions"]["seed_length_mm"] ** 2
+            scatter = 1 + 1e-3 * np.random.default_rng(case["seed"]).standard_normal()
+            angles.append(
+                np.degrees(np.arctan(case["parameters"]["seed_powder_static_friction"] * (1 + film) * scatter))
+            )
+        return pd.DataFrame({"slip_angle_deg": angles, "status": "ok"})
+
+    monkeypatch.setattr(dispatch, "run", run)
+    return cases_asked
+
+
+def test_from_the_envelope_to_its_opening(tmp_path, asked):
+    file = sealed.run(SLIPS, tmp_path / "sealed", tmp_path / ".store", 4)
+    rows = list(csv.DictReader(file.open(encoding="utf-8")))
+    truths = [json.loads((tmp_path / f"sealed/{k:02d}/sealed.json").read_text()) for k in range(4)]
+    assert [row["kind"] for row in rows] == [truth["kind"] for truth in truths] == SLIPS.kinds()[:4]
+    for row, truth in zip(rows, truths, strict=True):
+        if truth["kind"] == "nothing":
+            assert (row["hidden"], row["verdict"], row["added"]) == ("", "adequate", "")
+            assert float(row["lambda"]) < 0.1
+        else:
+            assert (row["hidden"], row["verdict"], row["added"]) == ("adhesion", "adequate", "adhesion")
+            assert float(row["lambda"]) == pytest.approx(truth["lambda"], abs=0.01) and float(row["lambda"]) > 5
+            assert float(row["size_ratio"]) == pytest.approx(1, abs=0.5)
+    end = sealed.FIRST_SEED + 4 * len(SLIPS.conditions) * sealed.SEEDS_A_TRIAL
+    readings = [case for case in asked if sealed.FIRST_SEED <= case["seed"] < end]
+    assert len(readings) == 4 * len(SLIPS.conditions)
+    for case in readings:
+        truth = truths[(case["seed"] - sealed.FIRST_SEED) // sealed.SEEDS_A_TRIAL // len(SLIPS.conditions)]
+        assert case["parameters"]["seed_powder_static_friction"] == truth["parameters"]["seed_powder_static_friction"]
+        assert case["effects"]["adhesion"]["surface_energy"] == truth["effects"].get("adhesion", 0.0)
+        assert (case["numerics"]["stiffness_scale"] == 0.4) == (truth["numerics"] == "other")
+    assert {truth["numerics"] for truth in truths} == {"other", "the model's"}
+
+
+def test_what_refine_is_given_does_not_hold_the_truth_and_is_not_made_twice(tmp_path, asked):
+    sealed.run(SLIPS, tmp_path / "sealed", tmp_path / ".store", 1)
+    place = tmp_path / "sealed/00"
+    given = (place / "study.toml").read_text() + (place / "measurements.csv").read_text()
+    truth = json.loads((place / "sealed.json").read_text())
+    assert f"{truth['parameters']['seed_powder_static_friction']:.4f}" not in given
+    kept, before = {f.name: f.read_bytes() for f in place.iterdir()}, len(asked)
+    sealed.run(SLIPS, tmp_path / "sealed", tmp_path / ".store", 1)
+    assert {f.name: f.read_bytes() for f in place.iterdir()} == kept and len(asked) == before
+
+
+def test_the_answer_does_not_look_into_the_envelope(tmp_path, asked):
+    """Another truth in the envelope after the readings: the answer stays, the row says what is in the envelope."""
+    sealed.run(SLIPS, tmp_path / "sealed", tmp_path / ".store", 1)
+    place = tmp_path / "sealed/00"
+    answer = (place / "answer.json").read_text()
+    truth = json.loads((place / "sealed.json").read_text()) | {"kind": "nothing", "effects": {}}
+    (place / "sealed.json").write_text(json.dumps(truth))
+    file = sealed.run(SLIPS, tmp_path / "sealed", tmp_path / ".store", 1)
+    row = next(csv.DictReader(file.open(encoding="utf-8")))
+    assert (place / "answer.json").read_text() == answer
+    assert row["hidden"] == "" and row["added"] == "adhesion"
