@@ -1,6 +1,6 @@
 """What `calibrate` found, as figures, text and JSON."""
 
-import json
+from dataclasses import replace
 from pathlib import Path
 
 import pandas as pd
@@ -36,6 +36,7 @@ def text_of_path(plan: Plan, decision: dict) -> str:
         f"{point}: {decision['predicted_deg']:.2f} +- {decision['standard_error_deg']:.2f} deg by a straight line through "
         f"{decision['path_heaps']} heaps on the path ({decision['heaps']} in all{lost})",
     ]
+    lines += plan.remarks
     if not decision["met"]:
         lines.append("the path ends before it meets the target: this is its nearest point")
     lines.append("nothing is validated by heaps of its own here; `calibrate` without --few does that")
@@ -50,7 +51,7 @@ def write(chain: Chain, decisions: dict[str, dict]) -> str:
             "pareto": figures.pareto(chain.screened, "deg"),
             "half_normal": figures.half_normal(chain.screened.effects, chain.screened.lenth, "deg"),
         }
-    if "climb" in decisions and (chain.folder / "climb" / "runs.csv").exists():
+    if chain.done("climb"):
         runs = pd.read_csv(chain.folder / "climb" / "runs.csv")
         good = runs[runs["verdict"] == "ok"]
         measured = (chain.plan.target, chain.plan.sd)
@@ -61,11 +62,13 @@ def write(chain: Chain, decisions: dict[str, dict]) -> str:
         drawn["surface"] = {"predicted_observed": figures.predicted_observed(surface, "deg")}
     for stage, pictures in drawn.items():
         figures.save(pictures, chain.folder / stage)
-    if chain.grains.exists():
+    if chain.grains.exists() and chain.done("validation"):
         draw_heap(chain.grains, chain.folder / "figures")
     text = text_of(chain, decisions)
     both = laws(chain)
-    if both is not None:
+    if both is None:
+        (chain.folder / "laws.csv").unlink(missing_ok=True)
+    else:
         both.to_csv(chain.folder / "laws.csv", index=False, lineterminator="\n")
         text += "\n\nboth contact laws, effects in deg:\n" + both.to_string(index=False, na_rep="")
     (chain.folder / "summary.txt").write_text(text + "\n", encoding="utf-8")
@@ -80,22 +83,25 @@ def text_of(chain: Chain, decisions: dict[str, dict]) -> str:
     ]
     for stage in STAGES:
         if stage in decisions:
-            read = "" if (chain.folder / stage / "decision.json").exists() else f" (read from {chain.decisions_from})"
+            read = "" if chain.home(stage) == chain.folder else f" (read from {chain.decisions_from})"
             lines.append(f"{stage:11s}{read} {summary(stage, decisions[stage])}")
+        elif home := chain.home(stage):
+            lines.append(f"{stage:11s} not done for this plan; left out: {chain.differs(home, stage)}")
         else:
             lines.append(f"{stage:11s} not done yet")
+    lines += plan.remarks
     for name, why in plan.idle.items():
         lines.append(f"{name} ({NAMES[name]}): {why}")
-    file = chain.folder / "screening" / "effects.csv"
-    if file.exists():
+    if chain.done("screening"):
+        file = chain.folder / "screening" / "effects.csv"
         lines += ["", "effects (change of the angle from the low to the high level) beside the paper's Table 8, deg:"]
         for row in pd.read_csv(file).itertuples():
             lines.append(
                 f"  {row.factor} {NAMES[row.factor]:33s} {row.effect_deg:+6.2f} +- {row.standard_error_deg:.2f}   paper "
                 f"{row.paper_effect_deg:+6.2f}   {row.sign}"
             )
-    file = chain.folder / "surface" / "coefficients.csv"
-    if file.exists():
+    if chain.done("surface"):
+        file = chain.folder / "surface" / "coefficients.csv"
         lines += [
             "",
             "coefficients of the surface (coded in our box; the paper's in its own, B reversed), deg:",
@@ -112,7 +118,7 @@ def text_of(chain: Chain, decisions: dict[str, dict]) -> str:
 
 
 def laws(chain: Chain) -> pd.DataFrame | None:
-    """The answers of both contact laws side by side; None where the other's results are not in FOLDER/LAW.
+    """The answers of both contact laws side by side; None where the other's, for the same plan, are not in FOLDER/LAW.
 
     Returns
     -------
@@ -120,18 +126,18 @@ def laws(chain: Chain) -> pd.DataFrame | None:
     meets the target, and whether an effect is beyond two standard errors.
     """
     other = next(law for law in rigs.rig(RIG).contact_laws if law != chain.plan.contact_law)
-    folders = {chain.plan.contact_law: chain.folder, other: chain.folder / other}
-    if not all((folder / "screening" / "effects.csv").exists() for folder in folders.values()):
+    beside = replace(chain, plan=replace(chain.plan, contact_law=other), folder=chain.folder / other)
+    if not (chain.done("screening") and beside.done("screening")):
         return None
     table = pd.DataFrame({"factor": list(NAMES)})
-    for law, folder in folders.items():
-        effects = pd.read_csv(folder / "screening" / "effects.csv").set_index("factor").loc[table["factor"]]
+    for one in (chain, beside):
+        law = one.plan.contact_law
+        effects = pd.read_csv(one.folder / "screening" / "effects.csv").set_index("factor").loc[table["factor"]]
         table[f"{law}_effect"] = effects["effect_deg"].round(2).to_numpy()
         table[f"{law}_error"] = effects["standard_error_deg"].round(2).to_numpy()
         table[f"{law}_sign"] = effects["sign"].to_numpy()
-        chosen = folder / "optimum" / "decision.json"
-        if chosen.exists():
-            point = json.loads(chosen.read_text(encoding="utf-8"))["point"]
+        if one.done("optimum"):
+            point = one.decision("optimum")["point"]
             table[f"{law}_optimum"] = [round(point[name], 4) for name in table["factor"]]
     table["paper_effect"] = effects["paper_effect_deg"].to_numpy()
     return table

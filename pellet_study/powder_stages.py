@@ -1,6 +1,5 @@
 """What `calibrate` left in a study folder, stage by stage, as parts of the report: analysed anew from its files of runs."""
 
-import json
 from itertools import combinations
 from pathlib import Path
 
@@ -8,13 +7,13 @@ import numpy as np
 import pandas as pd
 
 from pellet_study import look
-from pellet_study.doe import box_behnken, figures, optimum, plackett_burman
+from pellet_study.doe import figures, optimum, plackett_burman
 from pellet_study.doe.factors import Factor
 from pellet_study.errors import InputError
 from pellet_study.look import LIGHT, MEASURED, MODEL, styled
 from pellet_study.pages import number, probability
 from pellet_study.parts import picture, table
-from pellet_study.powder_chain import NAMES, OBSERVABLE, SYMBOLS, table_of
+from pellet_study.powder_chain import NAMES, OBSERVABLE, SYMBOLS, read_decision, surface_of, table_of
 
 UNITS = {"G": "J/m²"}
 ANGLE = "repose angle"
@@ -50,10 +49,6 @@ def powder(folder: Path, measured: tuple[float, float | None] | None) -> list[di
     return found
 
 
-def _decision(folder: Path, stage: str) -> dict:
-    return json.loads((folder / stage / "decision.json").read_text(encoding="utf-8"))
-
-
 def _good(folder: Path, stage: str) -> tuple[pd.DataFrame, str]:
     """The heaps of a stage that gave an angle, and a sentence on all of them."""
     runs = pd.read_csv(folder / stage / "runs.csv")
@@ -67,7 +62,7 @@ def _good(folder: Path, stage: str) -> tuple[pd.DataFrame, str]:
 
 def _screening(folder: Path, measured) -> dict:
     good, words = _good(folder, "screening")
-    decision = _decision(folder, "screening")
+    decision = read_decision(folder, "screening")
     names = [name for name in SYMBOLS if name in good]
     factors = [Factor(n, float(good[n].min()), float(good[n].max()), UNITS.get(n, "-")) for n in names]
     found = plackett_burman.analyse(table_of(good, factors, ANGLE))
@@ -111,7 +106,7 @@ def _screening(folder: Path, measured) -> dict:
 
 def _climb(folder: Path, measured) -> dict:
     good, words = _good(folder, "climb")
-    decision = _decision(folder, "climb")
+    decision = read_decision(folder, "climb")
     centre = ", ".join(f"{name} {value:.4g}" for name, value in decision["centre"].items())
     meets = "meets the measured angle" if decision["reached"] else "comes nearest to the measured angle"
     return {
@@ -154,11 +149,9 @@ def climb(runs: pd.DataFrame, names: list[str], measured: tuple[float, float | N
 
 def _surface(folder: Path, measured) -> dict:
     good, words = _good(folder, "surface")
-    decision = _decision(folder, "surface")
-    if "box" in good:
-        good = good[good["box"] == good["box"].max()]
-    factors = [Factor(name, *levels, UNITS.get(name, "-")) for name, levels in decision["box"].items()]
-    found = box_behnken.analyse(table_of(good, factors, ANGLE))
+    decision = read_decision(folder, "surface")
+    found = surface_of(good, decision["box"], UNITS, ANGLE)
+    factors = found.table.factors
     target = optimum.target_set(found, measured[0], measured[1] or 0.0) if measured else None
     lines = [
         f"Box-Behnken: {words} R² {found.r2:.4f}, predicted {found.r2_predicted:.4f}; lack of fit p {probability(found.lack_of_fit_p)}."
@@ -199,7 +192,7 @@ def _surface(folder: Path, measured) -> dict:
 
 
 def _validation(folder: Path, measured) -> dict:
-    d = _decision(folder, "validation")
+    d = read_decision(folder, "validation")
     attempts = d.get("attempts", [d])
     good, words = _good(folder, "validation")
     if len(attempts) > 1:

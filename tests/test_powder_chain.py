@@ -243,3 +243,157 @@ def test_a_setting_that_misses_is_corrected_and_validated_with_other_seeds(powde
     assert second["mean_deg"] == found["mean_deg"] == pytest.approx(41.69, abs=0.6)
     runs = pd.read_csv(powder / "validation" / "runs.csv")
     assert len(runs) == first["heaps"] + second["heaps"] and runs["seed"].is_unique
+
+
+def measured(folder: Path, value: float, sd: float = 0.79) -> None:
+    (folder / "measurements.csv").write_text(f"rig,observable,value,sd\nrepose,repose_angle_deg,{value},{sd}\n")
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (lambda f: measured(f, 40.0), "target_deg 41.69 there, 40.0 here"),
+        (lambda f: measured(f, 41.69, 1.0), "sd_deg 0.79 there, 1.0 here"),
+        (
+            lambda f: (f / "study.toml").write_text(
+                "[parameters]\npowder_static_friction = { min = 0.5, max = 0.9 }\n"
+            ),
+            "B 0.7 to 0.9 there, 0.5 to 0.9 here",
+        ),
+        (
+            lambda f: (f / "study.toml").write_text("[parameters]\npowder_density_kg_m3 = 1500\n"),
+            "powder_density_kg_m3 not given there, 1500.0 here",
+        ),
+        (
+            lambda f: (f / "study.toml").write_text('surface_energy_scaling = "none"\n'),
+            "surface_energy_exponent 2.0 there, 0.0 here",
+        ),
+        (
+            lambda f: (f / "measurements.csv").write_text(
+                "rig,observable,value,sd,powder_mass_g\nrepose,repose_angle_deg,41.69,0.79,20\n"
+            ),
+            "powder_mass_g 25.0 there, 20.0 here",
+        ),
+    ],
+)
+def test_decisions_for_another_plan_are_refused(powder, monkeypatch, change, told):
+    chain_of(powder, Formula(), monkeypatch).run(["screening"])
+    change(powder)
+    stub = Formula()
+    with pytest.raises(InputError, match=told):
+        chain_of(powder, stub, monkeypatch).run(["climb"])
+    assert stub.asked == []
+
+
+def test_what_was_decided_for_another_plan_is_left_out(powder, monkeypatch):
+    chain_of(powder, Formula(), monkeypatch).run(powder_chain.STAGES[:4])
+    measured(powder, 40.0)
+    chain = chain_of(powder, Formula(), monkeypatch)
+    decisions = chain.run(["screening"])
+    assert list(decisions) == ["screening"]
+    assert set(pd.read_csv(powder / "runs.csv")["stage"]) == {"screening"}
+    text = powder_report.write(chain, decisions)
+    assert text.count("target_deg 41.69 there, 40.0 here") == 3  # climb, surface, optimum
+    assert "coefficients of the surface" not in text and "effects (change" in text
+    assert list(chain.run(powder_chain.STAGES[:4])) == list(powder_chain.STAGES[:4])
+    assert set(pd.read_csv(powder / "runs.csv")["stage"]) == {"screening", "climb", "surface"}
+
+
+def test_a_decision_that_does_not_say_its_plan_is_refused(powder, monkeypatch):
+    chain_of(powder, Formula(), monkeypatch).run(["screening", "climb"])
+    file = powder / "screening" / "decision.json"
+    old = json.loads(file.read_text())
+    del old["plan"]
+    file.write_text(json.dumps(old))
+    chain = chain_of(powder, Formula(), monkeypatch)
+    with pytest.raises(InputError, match="older version .* run calibrate on the whole chain there again .* store"):
+        chain.run(["climb"])
+    assert list(chain.run(["screening"])) == ["screening", "climb"]
+    file.write_text("{")
+    with pytest.raises(InputError, match="decision.json: is not what `calibrate` wrote"):
+        chain_of(powder, Formula(), monkeypatch).run(["climb"])
+
+
+def test_a_stage_that_stopped_half_way_is_not_done(powder, monkeypatch):
+    chain_of(powder, Formula(), monkeypatch).run(["screening", "climb"])
+    chain = chain_of(powder, Formula(jammed=range(20_000, 20_100)), monkeypatch)
+    with pytest.raises(SimulationError):
+        chain.run(["climb"])
+    assert list(chain.run(["screening"])) == ["screening"]
+    assert set(pd.read_csv(powder / "runs.csv")["stage"]) == {"screening"}
+
+
+def test_the_other_contact_law_wants_a_folder_of_its_own_before_anything_is_simulated(powder, monkeypatch, capsys):
+    monkeypatch.setattr(powder_chain, "dispatch", Formula())
+    assert main(["calibrate", str(powder), "--until", "climb"]) == 0
+    (powder / "screening").rename(powder / "kept")  # any stage is in the way
+    before = {file: file.read_bytes() for file in powder.rglob("*") if file.is_file()}
+    stub = Formula()
+    monkeypatch.setattr(powder_chain, "dispatch", stub)
+    capsys.readouterr()
+    assert main(["calibrate", str(powder), "--contact-law", "hertz_mindlin"]) == 2
+    told = capsys.readouterr().err
+    assert "climb" in told and "cohesive_frictional" in told and "--results" in told
+    assert stub.asked == []
+    assert {file: file.read_bytes() for file in powder.rglob("*") if file.is_file()} == before
+
+
+def test_quick_reads_only_decisions_for_its_own_plan(powder, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(powder_chain, "dispatch", Formula())
+    assert main(["calibrate", str(powder)]) == 0
+    quick = str(tmp_path / "quick")
+    stub = Formula()
+    monkeypatch.setattr(powder_chain, "dispatch", stub)
+    words = ["calibrate", str(powder), "--results", quick, "--quick", str(powder)]
+    assert main([*words, "--contact-law", "hertz_mindlin"]) == 2
+    assert "contact_law cohesive_frictional there, hertz_mindlin here" in capsys.readouterr().err
+    (powder / "validation" / "decision.json").write_text('{"contact_law": "cohesive_frictional", "point": {}}')
+    assert main(words) == 2
+    assert str(powder / "validation") in capsys.readouterr().err
+    (powder / "validation" / "decision.json").unlink()
+    measured(powder, 43.0)
+    assert main(words) == 2
+    assert "target_deg 41.69 there, 43.0 here" in capsys.readouterr().err
+    assert stub.asked == []
+
+
+def test_a_setting_that_was_read_is_validated_with_seeds_that_did_not_choose_it(powder, tmp_path, monkeypatch):
+    first = Formula(noise=1.5)
+    chain_of(powder, first, monkeypatch).run()
+    before = set(first.asked)
+    stub = Formula(noise=1.5)
+    monkeypatch.setattr(powder_chain, "dispatch", stub)
+    plan = powder_chain.plan_of(study.load(powder))
+    folder = tmp_path / "quick"
+    quick = powder_chain.Chain(
+        plan, folder, folder / ".store", powder_chain.QUICK, say=lambda line: None, decisions_from=powder
+    )
+    quick.run(["validation"])
+    assert len(stub.asked) == 5  # four heaps, one of them again for its grains
+    assert not before & set(stub.asked)
+    assert all(50_000 <= seed < 60_000 for seed in stub.asked)
+    full = json.loads((powder / "validation" / "decision.json").read_text())
+    assert json.loads((folder / "validation" / "decision.json").read_text())["point"] == full["point"]
+
+
+def test_both_laws_stand_side_by_side_only_for_one_plan(powder, monkeypatch):
+    monkeypatch.setattr(powder_chain, "dispatch", Formula())
+    other = ["--contact-law", "hertz_mindlin", "--results", str(powder / "hertz_mindlin")]
+    assert main(["calibrate", str(powder), *other, "--until", "screening"]) == 0
+    assert main(["calibrate", str(powder), "--until", "screening"]) == 0
+    assert (powder / "laws.csv").exists()
+    measured(powder, 43.0)
+    assert main(["calibrate", str(powder), "--until", "screening"]) == 0
+    assert not (powder / "laws.csv").exists()
+
+
+def test_contradicting_rows_are_said_in_the_summary(powder, monkeypatch, capsys):
+    monkeypatch.setattr(powder_chain, "dispatch", Formula())
+    (powder / "measurements.csv").write_text(
+        "rig,observable,value,sd\nrepose,repose_angle_deg,40,0.5\nrepose,repose_angle_deg,44,0.5\n"
+    )
+    assert main(["calibrate", str(powder), "--until", "screening"]) == 0
+    assert "contradict" in capsys.readouterr().out
+    assert "contradict" in (powder / "summary.txt").read_text()
+    assert main(["calibrate", str(powder), "--few"]) == 0
+    assert "contradict" in capsys.readouterr().out

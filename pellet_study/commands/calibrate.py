@@ -9,11 +9,19 @@ from pellet_study.errors import InputError
 EPILOG = """\
 The measurements need the measured repose angle with its sd. Parameters A to G (powder_restitution, powder_static_friction,
 powder_rolling_friction, powder_steel_restitution, powder_steel_static_friction, powder_steel_rolling_friction,
-powder_surface_energy) are screened over their min and max in study.toml, or over the paper's Table 6.
+powder_surface_energy) are screened over their min and max in study.toml, or over the paper's Table 6. C, F and G belong to
+effects: with their min and max study.toml also lists these, with nothing of them beyond C, F and G, as results/full does:
+  [effects]
+  rolling_resistance = { rolling_friction = 0.0 }
+  cohesion = { surface_energy_j_m2 = 0.0 }
+Other parameters of the rig keep the value in study.toml or, known for the measured angle, in measurements.csv; effects that
+are present, and other parameters with min and max, are refused.
 
 Stages: screening (Plackett-Burman), climb, surface (Box-Behnken), optimum, validation. Each leaves design, runs, analysis
 and decision in STUDY/STAGE; runs.csv has a row a heap. Finished heaps are kept in STUDY/.store: called again, nothing is
-simulated twice. --until stops after a stage; --only does one stage again with the decisions that stand in the files.
+simulated twice. --until stops after a stage; --only does one stage again with the decisions that stand in the files. A
+decision is used only for what it was made for: after a change of study.toml or of the measured angle do the whole chain
+again. The two contact laws need a --results folder each.
 
 example:
   pellet-study calibrate results/full --until screening && pellet-study calibrate results/full --json answer.json

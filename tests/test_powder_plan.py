@@ -1,0 +1,148 @@
+"""What `calibrate` takes from a study: factors, fixed values, the measured angle; and what it refuses. No heap is run."""
+
+from pathlib import Path
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from pellet_study import powder_chain, rigs, study
+from pellet_study.__main__ import main
+from pellet_study.errors import InputError
+
+FULL = Path(__file__).parent.parent / "results" / "full"
+ANGLE = "rig,observable,value,sd\nrepose,repose_angle_deg,41.69,0.79\n"
+
+
+@pytest.fixture
+def plan(tmp_path):
+    """The plan of a study with given files."""
+
+    def of(toml: str = "", measurements: str = ANGLE) -> powder_chain.Plan:
+        (tmp_path / "study.toml").write_text(toml)
+        (tmp_path / "measurements.csv").write_text(measurements)
+        return powder_chain.plan_of(study.load(tmp_path))
+
+    return of
+
+
+def rows(*lines: str) -> str:
+    return "rig,observable,value,sd,n\n" + "".join(f"repose,repose_angle_deg,{line}\n" for line in lines)
+
+
+def test_what_is_known_of_the_measured_angle_enters_the_heaps(plan):
+    known = "rig,observable,value,sd,powder_density_kg_m3\nrepose,repose_angle_deg,40,1,1500\n"
+    found = plan("[parameters]\npowder_shear_modulus_pa = 2e7\npowder_density_kg_m3 = 1700\n", known)
+    assert found.fixed == {"powder_shear_modulus_pa": 2e7, "powder_density_kg_m3": 1500.0}  # the row's, as in compare
+    assert plan("", known).fixed == {"powder_density_kg_m3": 1500.0}
+    assert plan().fixed == {}
+    case = rigs.case("repose", parameters=found.fixed)
+    assert case["parameters"]["powder_density_kg_m3"] == 1500.0
+
+
+def test_a_known_value_that_is_varied_and_rows_that_know_differently_are_refused(plan):
+    with pytest.raises(InputError, match=r"powder_steel_static_friction, which calibrate varies \(E"):
+        plan("", "rig,observable,value,sd,powder_steel_static_friction\nrepose,repose_angle_deg,40,1,0.7\n")
+    two = "rig,observable,value,sd,powder_density_kg_m3\nrepose,repose_angle_deg,40,1,1500\nrepose,repose_angle_deg,40,1,{}\n"
+    for other in ("1600", ""):
+        with pytest.raises(InputError, match="differ in what is known"):
+            plan("", two.format(other))
+    assert plan("", two.format("1500")).fixed == {"powder_density_kg_m3": 1500.0}
+
+
+@pytest.mark.parametrize(
+    ("line", "told"),
+    [
+        ("cohesion = { surface_energy_j_m2 = 0.1 }", r"surface_energy_j_m2 = 0 .* G \(powder_surface_energy\)"),
+        ("rolling_resistance = { rolling_friction = 0.1 }", r"C \(powder_rolling_friction\) and F"),
+        ("rolling_resistance = {}", "rolling_friction = 0 "),  # free
+        ("cohesion = { surface_energy_j_m2 = { value = 0.0, min = 0.0, max = 0.4 } }", "calibrate varies only"),
+        ("size_spread = { added_spread = 0.1 }", "use compare"),
+        ("amplification_size = { exponent_error = 1.0 }", "use compare"),
+    ],
+)
+def test_effects_that_are_present_are_refused(plan, line, told):
+    with pytest.raises(InputError, match=told):
+        plan(f"[effects]\n{line}\n")
+
+
+def test_effects_listed_as_absent_are_taken(plan):
+    ranges = "[parameters]\npowder_rolling_friction = { min = 0.1, max = 0.2 }\npowder_surface_energy = { min = 0.0, max = 0.2 }\n"
+    absent = "[effects]\nrolling_resistance = { rolling_friction = 0.0 }\ncohesion = { surface_energy_j_m2 = 0.0 }\n"
+    factors = {f.name: (f.low, f.high) for f in plan(ranges + absent).factors}
+    assert factors["C"] == (0.1, 0.2) and factors["G"] == (0.0, 0.2)
+    with pytest.raises(InputError, match=r"list rolling_resistance in \[effects\]"):
+        plan(ranges)
+
+
+def test_the_help_gives_the_lines_that_ranges_of_c_f_and_g_need(plan, capsys):
+    with pytest.raises(SystemExit):
+        main(["calibrate", "--help"])
+    text = capsys.readouterr().out
+    lines = [line.strip() for line in text.split("[effects]")[1].splitlines()[1:3]]
+    names = ("powder_rolling_friction", "powder_steel_rolling_friction", "powder_surface_energy")
+    ranges = "[parameters]\n" + "".join(f"{name} = {{ min = 0.1, max = 0.2 }}\n" for name in names)
+    found = plan(ranges + "[effects]\n" + "\n".join(lines) + "\n")
+    assert {f.name: f.high for f in found.factors}["F"] == 0.2
+
+
+def test_a_free_parameter_that_the_screening_does_not_vary_is_refused(plan):
+    toml = "[parameters]\npowder_density_kg_m3 = { value = 1800, min = 1500, max = 2000 }\n"
+    with pytest.raises(InputError, match="powder_density_kg_m3 = 1800"):
+        plan(toml)
+    known = "rig,observable,value,sd,powder_density_kg_m3\nrepose,repose_angle_deg,40,1,1500\n"
+    assert plan(toml, known).fixed == {"powder_density_kg_m3": 1500.0}  # known there, so not free there
+
+
+def test_means_of_several_readings_without_sd_give_that_of_a_reading(plan):
+    """Means of 5, 40 and 42: sd of a mean sqrt(2), of a reading sqrt(10); standard error of all ten sqrt(10)/sqrt(10)."""
+    found = plan("", rows("40,,5", "42,,5"))
+    assert (found.target, found.n) == (41.0, 10)
+    assert found.sd == pytest.approx(10**0.5)
+    assert found.measured.sd / found.measured.n**0.5 == pytest.approx(1.0)
+    assert found.measured.n - 1 == 1  # degrees of freedom: two rows
+    single = plan("", rows("40,,", "42,,", "44,,"))
+    assert (single.sd, single.measured.sd, single.measured.n) == pytest.approx((2.0, 2.0, 3))
+    assert single.remarks == ()
+    with pytest.raises(InputError, match="all equal"):
+        plan("", rows("40,,", "40,,"))
+
+
+def test_stated_sds_are_pooled_and_stand_for_a_blank_one(plan):
+    found = plan("", rows("40,0.6,4", "40.2,0.8,4", "40.1,,4"))
+    assert found.sd == pytest.approx(0.5**0.5) and found.n == 12  # mean of 0.36 and 0.64
+    assert found.target == pytest.approx(40.1)
+    assert found.remarks == ()
+    assert (plan("", rows("40,0.6,9", "40,0.8,1")).sd) == pytest.approx((0.9 * 0.36 + 0.1 * 0.64) ** 0.5)
+
+
+def test_rows_that_contradict_their_sd_widen_it_and_it_is_said(plan):
+    found = plan("", rows("38,0.5,", "45,0.5,"))
+    assert found.sd == found.margin == pytest.approx(7 / 2**0.5)
+    assert len(found.remarks) == 1 and "0.5 deg" in found.remarks[0] and "4.9 deg" in found.remarks[0]
+
+
+def test_rows_that_agree_with_their_sd_are_seldom_doubted(plan):
+    draw = np.random.default_rng(3)
+    doubted = sum(bool(plan("", rows(*(f"{x},1.0," for x in draw.normal(40, 1, 4)))).remarks) for _ in range(60))
+    assert doubted <= 1  # 0.06 expected
+
+
+def test_the_bond_number_is_the_rigs(plan):
+    found = plan()
+    other = "rig,observable,value,sd,amplification\nrepose,repose_angle_deg,40,1,12\n"
+    keeps, lets = plan("", other), plan('surface_energy_scaling = "none"\n', other)
+    six = powder_chain.bond(found, 0.2)
+    assert six == pytest.approx(3.74, abs=0.01)  # 1.87 at 0.1 J/m2 and R = 1.294 mm
+    assert powder_chain.bond(keeps, 0.2) == pytest.approx(six, rel=1e-12)
+    assert powder_chain.bond(lets, 0.2) == pytest.approx(six / 4, rel=1e-12)  # 1/R2
+    lighter = plan("[parameters]\npowder_density_kg_m3 = 916.5\n")
+    assert powder_chain.bond(lighter, 0.2) == pytest.approx(2 * six, rel=1e-12)
+
+
+@pytest.mark.skipif(not (FULL / "runs.csv").exists(), reason="no heap of results/full is committed yet")
+def test_the_bond_number_is_that_of_the_committed_heaps():
+    found = powder_chain.plan_of(study.load(FULL))
+    runs = pd.read_csv(FULL / "runs.csv")
+    for row in runs[runs["verdict"] == "ok"].itertuples():
+        assert powder_chain.bond(found, row.G) == pytest.approx(row.bond_number, rel=1e-9)
