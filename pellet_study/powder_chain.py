@@ -304,16 +304,14 @@ class Chain:
         beside = [point for point, row in zip(points, coded, strict=True) if np.any(row)]
         return points + (self.sizes.repeats - 1) * beside
 
-    def write(self, stage: str, name: str, content) -> None:
-        """A file of a stage: a table, its decision, or text. With new tables an old decision goes: it was made from others."""
+    def write(self, stage: str, name: str, content: pd.DataFrame | Mapping) -> None:
+        """A table of a stage or its decision. With a new table an old decision goes: it was made from others."""
         folder = self.folder / stage
         folder.mkdir(parents=True, exist_ok=True)
         if name != "decision":
             (folder / "decision.json").unlink(missing_ok=True)
         if isinstance(content, pd.DataFrame):
             content.to_csv(folder / f"{name}.csv", index=False, lineterminator="\n")
-        elif isinstance(content, str):
-            (folder / f"{name}.txt").write_text(content.rstrip() + "\n", encoding="utf-8")
         else:
             text = json.dumps(self.plan.record | plain(content), indent=1, allow_nan=False)
             (folder / f"{name}.json").write_text(text + "\n", encoding="utf-8")
@@ -362,7 +360,7 @@ class Chain:
         return self.checked(folder, stage)
 
     def check_folders(self) -> None:
-        """Refuse, before anything is simulated, to write over the other contact law and to read for another plan.
+        """Refuse, before anything is simulated, to write over the other contact law or margin, and to read for another plan.
 
         Raises
         ------
@@ -378,6 +376,12 @@ class Chain:
                     )
             if self.decisions_from is not None and (self.decisions_from / stage / "decision.json").exists():
                 self.checked(self.decisions_from, stage)
+        margin = self.folder / "validation" / "margin.json"
+        if margin.exists() and (declared := validation.read_margin(margin)) != self.plan.margin:
+            raise InputError(
+                f"{margin}: declares the margin {declared:g} deg, not {self.plan.margin:g}: a margin is not changed after it "
+                "was declared; give --results another folder"
+            )
 
     def done(self, stage: str) -> bool:
         """Whether this folder has the stage, for this plan."""
@@ -556,9 +560,9 @@ class Chain:
         Where that is not shown, the setting is corrected along the surface's gradient by what is missing, and validated
         anew with other seeds. Both attempts stay in the table and in the decision; the last one counts.
         """
+        point, tables, attempts = self.chosen(), [], []
         (self.folder / "validation").mkdir(parents=True, exist_ok=True)
         validation.declare_margin(self.folder / "validation" / "margin.json", self.plan.margin, "deg")
-        point, tables, attempts = self.chosen(), [], []
         first = SEEDS_OF_READ if self.reads_setting else 0
         while True:
             runs = self.validating_heaps(point, first + 1000 * len(attempts))

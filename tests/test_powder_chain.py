@@ -150,8 +150,11 @@ def test_the_margin_is_declared_before_and_not_changed_after(powder, monkeypatch
     chain.run()
     assert json.loads((powder / "validation" / "margin.json").read_text())["margin"] == 0.79
     (powder / "measurements.csv").write_text("rig,observable,value,sd\nrepose,repose_angle_deg,41.69,2.0\n")
-    with pytest.raises(InputError, match="margin"):
-        chain_of(powder, Formula(), monkeypatch).run(["validation"])
+    stub = Formula()
+    for stages in (["validation"], powder_chain.STAGES):
+        with pytest.raises(InputError, match="margin 0.79 deg, not 2.* --results"):
+            chain_of(powder, stub, monkeypatch).run(stages)
+    assert stub.asked == []
 
 
 def test_the_quick_chain_reads_the_stages_it_does_not_do(powder, tmp_path, monkeypatch, capsys):
