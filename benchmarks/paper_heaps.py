@@ -77,12 +77,15 @@ def main() -> None:
     told = effects(beside, coded, [f.name for f in factors])
     told.to_csv(FOLDER / "effects.csv", index=False, lineterminator="\n")
     look.save(drawn(beside), FOLDER / "beside.png")
-    slope, level = np.polyfit(beside["ours_deg"], beside["paper_deg"], 1)
     print(told.to_string(index=False))
-    print(
-        f"paper against ours over {len(beside)} points: correlation {beside['paper_deg'].corr(beside['ours_deg']):.2f}, "
-        f"rank correlation {beside['paper_deg'].corr(beside['ours_deg'], method='spearman'):.2f}, slope {slope:.2f}"
-    )
+    for table in ("", "Table 7", "Table 12"):
+        mine = beside[beside["point"].str.startswith(table)].dropna(subset="ours_deg")
+        slope, _ = np.polyfit(mine["ours_deg"], mine["paper_deg"], 1)
+        print(
+            f"paper against ours, {table or 'all'}, {len(mine)} points: correlation "
+            f"{mine['paper_deg'].corr(mine['ours_deg']):.2f}, rank correlation "
+            f"{mine['paper_deg'].corr(mine['ours_deg'], method='spearman'):.2f}, slope {slope:.2f}"
+        )
 
 
 @look.styled

@@ -147,9 +147,9 @@ def summary(told: pd.DataFrame) -> pd.DataFrame:
     groups = dict(list(told.groupby(["what", "setting"], sort=False)))
     angles = {group: heaps["repose_angle_deg"].dropna() for group, heaps in groups.items()}
     several = [angle for angle in angles.values() if len(angle) > 1]
-    pooled = np.sqrt(
-        sum(((angle - angle.mean()) ** 2).sum() for angle in several) / sum(len(angle) - 1 for angle in several)
-    )
+    freedom = sum(len(angle) - 1 for angle in several)
+    squares = sum(((angle - angle.mean()) ** 2).sum() for angle in several)
+    pooled = np.sqrt(squares / freedom) if freedom else np.nan
     rows, by_what = [], told["contact_law"].nunique() > 1
     for (what, setting), heaps in groups.items():
         angle = angles[what, setting]
