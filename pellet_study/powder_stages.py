@@ -1,6 +1,7 @@
 """What `calibrate` left in a study folder, stage by stage, as parts of the report: analysed anew from its files of runs."""
 
 from itertools import combinations
+from math import isclose
 from pathlib import Path
 
 import numpy as np
@@ -13,24 +14,24 @@ from pellet_study.errors import InputError
 from pellet_study.look import LIGHT, MEASURED, MODEL, styled
 from pellet_study.pages import number, probability
 from pellet_study.parts import picture, table
-from pellet_study.powder_chain import NAMES, OBSERVABLE, SYMBOLS, read_decision, surface_of, table_of
+from pellet_study.powder_chain import NAMES, OBSERVABLE, SYMBOLS, differences, read_decision, surface_of, table_of
 
 UNITS = {"G": "J/m²"}
 ANGLE = "repose angle"
 
 
 def powder(folder: Path, measured: tuple[float, float | None] | None) -> list[dict]:
-    """The stages done in a folder, in the source paper's order.
+    """The stages done in a folder, in the source paper's order, each beside the angle it was decided for.
 
     Parameters
     ----------
-    measured : repose angle and its standard deviation (deg), None where none was measured
+    measured : the study's repose angle and its standard deviation (deg), None where none was measured
 
     Raises
     ------
     InputError : a file is not what `calibrate` wrote
     """
-    found = []
+    found, first = [], None
     for stage, told in (
         ("screening", _screening),
         ("climb", _climb),
@@ -40,7 +41,17 @@ def powder(folder: Path, measured: tuple[float, float | None] | None) -> list[di
         if not (folder / stage / "decision.json").exists():
             continue
         try:
-            found.append(told(folder, measured))
+            plan = read_decision(folder, stage).get("plan")
+            part = told(folder, (plan["target_deg"], plan["sd_deg"]) if plan else measured)
+            first = first or plan
+            other = differences(plan, first) if plan and first else []
+            if plan and measured and not other and not isclose(plan["target_deg"], measured[0]):
+                other.append(f"target_deg {plan['target_deg']:g} there, {measured[0]:g} in the study now")
+            if other:
+                part["words"].append(
+                    f"This stage was decided for another plan ({'; '.join(other)}): run `pellet-study calibrate {folder}` again."
+                )
+            found.append(part)
         except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
             raise InputError(
                 f"{folder / stage}: is not what `calibrate` wrote ({type(error).__name__}: {error}); "

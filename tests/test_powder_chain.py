@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study import powder_chain, powder_path, powder_report, study
+from pellet_study import powder_chain, powder_path, powder_report, powder_stages, study
 from pellet_study.__main__ import main
 from pellet_study.errors import InputError, SimulationError
 from pellet_study.powder_chain import SYMBOLS
@@ -300,6 +300,21 @@ def test_what_was_decided_for_another_plan_is_left_out(powder, monkeypatch):
     assert "coefficients of the surface" not in text and "effects (change" in text
     assert list(chain.run(powder_chain.STAGES[:4])) == list(powder_chain.STAGES[:4])
     assert set(pd.read_csv(powder / "runs.csv")["stage"]) == {"screening", "climb", "surface"}
+
+
+def test_the_report_says_which_stage_was_decided_for_another_plan(powder, monkeypatch):
+    chain_of(powder, Formula(), monkeypatch).run(powder_chain.STAGES[:3])
+    shown = powder_stages.powder(powder, (41.69, 0.79))
+    assert len(shown) == 3 and not any("another plan" in line for part in shown for line in part["words"])
+    moved = powder_stages.powder(powder, (40.0, 0.79))
+    assert all("target_deg 41.69 there, 40 in the study now" in part["words"][-1] for part in moved)
+    measured(powder, 40.0)
+    chain_of(powder, Formula(), monkeypatch).run(["screening"])
+    screening, climb, surface = powder_stages.powder(powder, (40.0, 0.79))
+    assert not any("another plan" in line for line in screening["words"])
+    for part in (climb, surface):
+        assert "target_deg 41.69 there, 40.0 here" in part["words"][-1]
+    assert any("41.69 deg within its scatter" in line for line in surface["words"])  # with its own target
 
 
 def test_a_decision_that_does_not_say_its_plan_is_refused(powder, monkeypatch):
