@@ -31,7 +31,8 @@ def comparison(found: Comparison) -> dict:
         "level_out_rms_error": found.level_out_rms_error,
         "not_identified": list(found.not_identified),
         "at_bound": list(found.at_bound),
-        "fits": found.fits,
+        "fits": found.judged,
+        "holdout_p": found.holdout_p,
         "where": [{**asdict(d), "words": drift_words(d)} for d in found.drifts],
         "needed_setup_percent": found.needed_setup_percent,
         "rows": [

@@ -28,6 +28,7 @@ SEED = 20260101
 LACK_OF_FIT = 0.001  # p over all rigs together below which a model fails
 LACK_IN_A_RIG = 0.002  # the same for single rigs, shared among them: a misfit in one rig drowns in the others
 DRIFT = 0.001
+HELD_OUT_FAILS = 0.001  # p of the rows held out
 EXCESS = 1.1  # residual over replicate variance up to which chance is the likely cause
 VISIBLE = 0.03  # share of a direction that must survive the calibration to be tested
 IDENTIFIED = 0.5  # a constant is identified where its 95 % interval is narrower than this share of its range
@@ -61,7 +62,7 @@ class Comparison:
 
     `chi2`, `dof` count rows; `lack_of_fit_p` compares cell means with the scatter of readings; `needed_setup_percent`
     maps a rig to the set-up scatter, in percent of the reading, that would excuse its misfit; `rig_lack_of_fit_p` maps
-    it to the p of its own cells alone.
+    it to the p of its own cells alone. `holdout_p`: are the rows held out as far off as readings and constants scatter?
     """
 
     effects: tuple[str, ...]
@@ -81,6 +82,7 @@ class Comparison:
     warnings: tuple[str, ...]
     level_out_rms_error: dict[str, float] | None = None
     rig_lack_of_fit_p: dict[str, float] = field(default_factory=dict)
+    holdout_p: float | None = None
 
     @property
     def fits(self) -> bool:
@@ -91,6 +93,11 @@ class Comparison:
             and all(p >= LACK_IN_A_RIG / len(by_rig) for p in by_rig)
             and not (self.drifts and self.drifts[0].p < DRIFT)
         )
+
+    @property
+    def judged(self) -> bool | None:
+        """`fits`, or None where the data cannot say."""
+        return None if self.fits and self.lack_of_fit_p is None else self.fits
 
 
 @dataclass(frozen=True)
@@ -404,8 +411,10 @@ def compare(study: Study, state: Calibrated | None = None, level_out: bool = Fal
     stuck = tuple(n for n, s in zip(names, fitted.at_bound, strict=True) if s)
     if stuck:
         warnings.append(
-            f"{', '.join(stuck)} at the bound of its range: the range, or the model, does not hold the data"
+            f"{', '.join(stuck)} at the bound of its range: the range, or the model, does not hold the data; where the data "
+            "may be right, widen the range first"
         )
+    loose = tuple(name for name in loose if name not in stuck)
     if loose:
         warnings.append(f"not identified by these data: {', '.join(loose)}")
     for name, setting in study.parameters.items():
@@ -426,7 +435,7 @@ def compare(study: Study, state: Calibrated | None = None, level_out: bool = Fal
         return float(np.sqrt(np.mean(np.square(errors))))
 
     whole = fitted.chi2 + evidence.replicate_chi2 if evidence.scale_known else None
-    return Comparison(
+    found = Comparison(
         effects=tuple(study.effects),
         parameters={
             **{n: float(s.value) for n, s in model.settings.items()},
@@ -447,7 +456,13 @@ def compare(study: Study, state: Calibrated | None = None, level_out: bool = Fal
         warnings=tuple(warnings),
         level_out_rms_error=level_out_errors(state) if level_out else None,
         rig_lack_of_fit_p=lack_by_rig(state),
+        holdout_p=holdout_p(state, rows),
     )
+    if found.judged and found.holdout_p is not None and found.holdout_p < HELD_OUT_FAILS:
+        worst = max(abs(r.z) for r in rows if r.row.split == "holdout" and r.z is not None)
+        note = f"the rows held out contradict the model (p < {HELD_OUT_FAILS:g}, the worst is {worst:.1f} standard errors off)"
+        found = replace(found, warnings=(*found.warnings, note))
+    return found
 
 
 def covariance(fitted: Fit) -> np.ndarray:
@@ -528,10 +543,36 @@ def row_residuals(state: Calibrated, sd: dict[int, float]) -> tuple[RowResidual,
         spread = reading[k]
         z = None
         if spread is not None:
+            spread *= state.evidence.contradicted.get((row.rig, row.observable), 1.0)
             total = np.sqrt(spread**2 / row.n + row.setup_sd**2 + predicted.variance[0, c])
             z = float((row.value - value) / total)
         found.append(RowResidual(row, value, row.value - value, z))
     return tuple(found)
+
+
+def holdout_p(state: Calibrated, rows: Sequence[RowResidual]) -> float | None:
+    """p of e' C^-1 e over the rows held out, C of their readings, their predictions and the calibrated constants.
+
+    The constants' covariance is widened by the misfit of the rows fitted. None without such rows or without their scatter.
+    """
+    held = [r for r in rows if r.row.split == "holdout" and r.z]
+    if not held or not state.evidence.scale_known:
+        return None
+    model, fitted = state.model, state.fit
+    place = {key(case): k for k, case in enumerate(model.cases)}
+    cases = [place[key(r.row)] for r in held]
+    problem, span = fitted.problem, fitted.problem.high - fitted.problem.low
+    points = np.repeat(fitted.point[None], 1 + len(problem.free), axis=0)
+    step = np.where(fitted.values + model.step * span <= problem.high, model.step, -model.step) * span
+    points[1 + np.arange(len(problem.free)), list(problem.free)] += step
+    mean = model.predict(points).mean[:, cases]
+    slopes = (mean[1:] - mean[0]) / step[:, None]
+    unit = max(1.0, fitted.chi2 / max(len(state.evidence.case) - len(problem.free), 1))
+    own = np.diag([(r.residual / r.z) ** 2 for r in held])
+    error = np.array([r.residual for r in held])
+    return float(
+        special.chdtrc(len(held), error @ np.linalg.solve(own + unit * slopes.T @ covariance(fitted) @ slopes, error))
+    )
 
 
 def reading_sd(study: Study, model: Model) -> list[float | None]:

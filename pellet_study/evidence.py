@@ -5,8 +5,8 @@ it comes from the replicates of the rig and observable, pooled; where there are 
 about the fit has to serve.
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 from scipy import stats
@@ -37,6 +37,7 @@ class Evidence:
     warnings : what the reader must know
     group : (n,) number of each cell's rig and observable, whose standard deviations were found together
     group_dof : degrees of freedom of each group's standard deviation
+    contradicted : {(rig, observable): how many times the stated sd its replicates scatter, where they contradict it}
     """
 
     case: np.ndarray
@@ -49,6 +50,7 @@ class Evidence:
     warnings: tuple[str, ...] = ()
     group: tuple[int, ...] = ()
     group_dof: tuple[int, ...] = ()
+    contradicted: Mapping[tuple[str, str], float] = field(default_factory=dict)
 
     @property
     def scale_known(self) -> bool:
@@ -111,6 +113,7 @@ def gather(model: Model, rows: Sequence[Measurement]) -> Evidence:
     dof, chi2, chi2_dof, unknown = 0.0, 0.0, 0, np.zeros(len(members), dtype=bool)
     groups: dict[tuple[str, str], list[int]] = {}
     group_dof: list[int] = []
+    found: dict[tuple[str, str], float] = {}
     ruled: list[int] = []  # groups whose sds follow a rule: it is known as well as the readings of all of them tell
     for k, cell in enumerate(members):
         groups.setdefault((cell[0].rig, cell[0].observable), []).append(k)
@@ -153,7 +156,9 @@ def gather(model: Model, rows: Sequence[Measurement]) -> Evidence:
                         f"{rig} {observable}: replicates contradict the stated sd (they scatter "
                         f"{np.sqrt(scatter / expected):.2g} times as much); their own scatter is used"
                     )
-                    sd[stated] *= np.sqrt(scatter / expected)
+                    found[rig, observable] = np.sqrt(scatter / expected)
+                    sd[stated] *= found[rig, observable]
+                    chi2 += expected - scatter
         elif blank.any() and not unknown[g].all():
             chi2, chi2_dof = chi2 + float((within[g] / sd[g] ** 2).sum()), chi2_dof + int(repeats[g].sum())
         group_dof.append(int(dof - before))
@@ -194,6 +199,7 @@ def gather(model: Model, rows: Sequence[Measurement]) -> Evidence:
         tuple(warnings),
         tuple(map(int, number)),
         tuple(group_dof),
+        found,
     )
 
 

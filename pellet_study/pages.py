@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from pellet_study.compare import Comparison, Drift
+from pellet_study.compare import HELD_OUT_FAILS, Comparison, Drift
 from pellet_study.diagnose import Diagnosis, NextMeasurement, Suspect
 from pellet_study.refine import Refinement
 from pellet_study.study import Study
@@ -26,13 +26,24 @@ def drift_words(drift: Drift) -> str:
             f"{drift.parameter} would have to be {'higher' if drift.z > 0 else 'lower'} in {drift.rig} than elsewhere"
         )
     elif drift.shape == "bends":
-        way = "highest at both ends" if drift.z > 0 else "highest in the middle"
-        what = f"{drift.parameter} would have to be {way} of {drift.condition} ({drift.rig})"
+        way = "upwards" if drift.z > 0 else "downwards"
+        what = f"{drift.parameter} would have to bend {way} over {drift.condition} ({drift.rig})"
     else:
         what = (
             f"{drift.parameter} would have to {'rise' if drift.z > 0 else 'fall'} with {drift.condition} ({drift.rig})"
         )
     return f"{what}, z = {drift.z:.1f}, p {probability(drift.p)}"
+
+
+def fit_words(judged: bool | None, holdout_p: float | None) -> str:
+    """Does it fit?"""
+    if judged is None:
+        return "as many free parameters as different cases, so that any readings are met: the fit says nothing"
+    if not judged:
+        return "the model does not fit"
+    if holdout_p is not None and holdout_p < HELD_OUT_FAILS:
+        return "the model fits the rows it was calibrated on, but not those held out"
+    return "the model fits within the scatter of the readings"
 
 
 def where_it_fails(found: Comparison) -> list[str]:
@@ -54,7 +65,7 @@ def comparison_page(study: Study, found: Comparison) -> str:
     else:
         lines.append(
             f"FIT    chi2 = {number(found.chi2)} on {found.dof}; lack of fit p {probability(found.lack_of_fit_p)}: "
-            + ("the model fits within the scatter of the readings" if found.fits else "the model does not fit")
+            f"{fit_words(found.judged, found.holdout_p)}"
         )
         excuse = [f"{rig} {number(percent, 2)} %" for rig, percent in found.needed_setup_percent.items()]
         lines.append(f"       set-up scatter that would excuse it: {', '.join(excuse)}")
@@ -150,12 +161,24 @@ def next_words(proposal: NextMeasurement) -> str:
     return f"{proposal.rig} {proposal.observable} at {conditions}: {rivals}"
 
 
+def adequate_words(found: Comparison) -> str:
+    """What `adequate` is worth."""
+    words = "no missing effect is supported by these data"
+    if found.chi2 is None:
+        return f"{words}; how well the model fits cannot be judged without sd or replicates"
+    if found.judged is None:
+        return f"{words}, which could show none"
+    if found.holdout_p is not None and found.holdout_p < HELD_OUT_FAILS:
+        return f"{words}, but the rows held out contradict the model: fit some of them too"
+    return words
+
+
 def answer_lines(study: Study, found: Diagnosis) -> list[str]:
     """The verdict, what each named effect is, and what to measure next."""
     catalogue = study.catalogue
     named = [e for names in ((found.missing,) if found.missing else found.tied) for e in names]
     if found.verdict == "adequate":
-        lines = ["ANSWER adequate: no missing effect is supported by these data"]
+        lines = [f"ANSWER adequate: {adequate_words(found.comparison)}"]
     elif found.verdict == "unexplained":
         lines = ["ANSWER unexplained: the model fails, and no candidate of a plausible size repairs it"]
     elif found.verdict == "missing":

@@ -13,7 +13,7 @@ import pellet_study
 from pellet_study import answers, figures, look, pictured, powder_chain, stages
 from pellet_study.errors import InputError
 from pellet_study.look import label
-from pellet_study.pages import number, probability
+from pellet_study.pages import fit_words, number, probability
 from pellet_study.parts import picture, table
 from pellet_study.study import Study, load
 
@@ -230,9 +230,9 @@ def _fit_words(told: dict) -> str:
         return (
             "There are neither standard deviations nor replicates: how well it fits cannot be judged from these data."
         )
-    judged = "It fits within the scatter of the readings" if told["fits"] else "It does not fit"
+    judged = fit_words(told["fits"], told.get("holdout_p"))
     return (
-        f"{judged}: chi² = {number(told['chi2'])} on {told['dof']}, lack of fit p {probability(told['lack_of_fit_p'])}."
+        f"chi² = {number(told['chi2'])} on {told['dof']}, lack of fit p {probability(told['lack_of_fit_p'])}: {judged}."
     )
 
 

@@ -10,6 +10,7 @@ from pellet_study.challenge import trials, twins
 from pellet_study.closed_form import layer_on_incline
 from pellet_study.compare import EXCESS, calibrate, compare, exceedance, largest_null, standardised
 from pellet_study.evidence import Evidence, pooled_sd
+from pellet_study.pages import comparison_page
 from pellet_study.study import load
 from tests.make_study import STRESSES_PA, command, folder, incline, slip_angle_deg
 
@@ -216,3 +217,46 @@ def test_the_largest_score_passes_its_critical_value_as_often_as_stated():
 def test_an_sd_by_a_rule_is_known_as_well_as_all_the_readings_behind_it(stated, known):
     rows = trials.noisy_rows(trials.NOTHING.readings, np.random.default_rng(1), stated=stated)
     assert calibrate(twins.study(rows)).evidence.group_dof == known
+
+
+def test_rows_held_out_that_contradict_the_model_are_said(tmp_path):
+    """mu = tan 30 deg at 60 to 80 mm; 48 deg at 10 mm is held out. Off by 0.3 deg instead, nothing is said."""
+    head = "rig,observable,value,sd,n,layer_height_mm,split"
+    fitted = [f"layer_on_incline,slip_angle_deg,{v},0.5,3,{h},fit" for v, h in ((30, 60), (29.9, 70), (30.1, 80))]
+    for value, contradicts in ((48, True), (30.3, False)):
+        held = f"layer_on_incline,slip_angle_deg,{value},0.5,3,10,holdout"
+        found = compare(load(folder(tmp_path / str(value), [head, *fitted, held])))
+        assert found.fits and any("held out contradict" in w for w in found.warnings) == contradicts
+        assert (found.holdout_p < 1e-6) == contradicts
+        page = comparison_page(load(tmp_path / str(value)), found)
+        assert ("not those held out" in " ".join(page.split())) == contradicts
+
+
+def test_what_is_held_out_may_be_as_far_off_as_the_constant_is_uncertain(tmp_path):
+    """p of rows held out is uniform over repeated data: constants from three rows are part of its covariance."""
+    head = "rig,observable,value,sd,n,layer_height_mm,split"
+    rng, small = np.random.default_rng(3), 0
+    for k in range(60):
+        lines = [
+            f"layer_on_incline,slip_angle_deg,{30 + 0.5 * rng.standard_normal():.4f},0.5,1,{h},{split}"
+            for h, split in ((60, "fit"), (70, "fit"), *((x, "holdout") for x in (20, 25, 30, 35, 40)))
+        ]
+        small += compare(load(folder(tmp_path / str(k), [head, *lines]))).holdout_p < 0.2
+    assert 4 <= small <= 22  # 12 expected; without the constant's share 21
+
+
+def test_replicates_that_contradict_the_sd_give_chi2_and_z_their_own_scatter(tmp_path):
+    head = "rig,observable,value,sd,layer_height_mm"
+    pairs = ((30, 60), (33, 60), (28, 70), (31, 70), (29, 80), (34, 80))
+    lines = [f"layer_on_incline,slip_angle_deg,{v},0.05,{h}" for v, h in pairs]
+    found = compare(load(folder(tmp_path, [head, *lines])))
+    assert any("contradict the stated sd" in w for w in found.warnings)
+    assert found.chi2 < 3 * found.dof and max(abs(r.z) for r in found.rows) < 3
+    assert found.lack_of_fit_p > 0.05 and found.judged
+
+
+def test_as_many_parameters_as_cases_is_no_fit(tmp_path):
+    head = "rig,observable,value,sd,n,layer_height_mm"
+    study = load(folder(tmp_path, [head, "layer_on_incline,slip_angle_deg,30,0.5,3,60"]))
+    found = compare(study)
+    assert found.judged is None and "the fit says nothing" in " ".join(comparison_page(study, found).split())
