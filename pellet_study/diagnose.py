@@ -633,6 +633,8 @@ def possible_cases(study: Study, count: int = LEVELS, effects: Iterable[str] | N
                 if condition not in given:
                     continue
                 low, high = given[condition]
+            elif quantity.get("of_material"):  # another material is another question
+                continue
             else:
                 low, high = quantity["min"], quantity["max"]
             between = np.geomspace(low, high, count) if low > 0 else np.linspace(low, high, count)
