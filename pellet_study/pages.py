@@ -8,6 +8,11 @@ from pellet_study.refine import Refinement
 from pellet_study.study import Study
 from pellet_study.terminal import folded
 
+LEGEND = (
+    "(visible: share of its change that no constant imitates; score: of its shape, in standard errors; p adj.: over all "
+    "candidates; chi2 drop: when it is fitted)"
+)
+
 
 def number(value: float | None, digits: int = 4) -> str:
     """A number with so many significant digits, `-` where unknown."""
@@ -123,7 +128,8 @@ def size_words(study: Study, suspect: Suspect) -> str:
     for name, value in suspect.value.items():
         quantity = effect.parameters[name]
         low, high = quantity.get("physical", (quantity["min"], quantity["max"]))
-        parts.append(f"{name} = {number(value, 3)} (physical {number(low, 3)} to {number(high, 3)} {quantity['unit']})")
+        unit = "" if quantity["unit"] == "1" else f" {quantity['unit']}"
+        parts.append(f"{name} = {number(value, 3)} (physical {number(low, 3)} to {number(high, 3)}{unit})")
     return ", ".join(parts)
 
 
@@ -148,7 +154,7 @@ def ranking_table(study: Study, found: Diagnosis) -> list[str]:
             f"{share}{s.score:8.1f}{probability(s.p_adjusted):>9s}{s.chi2_drop:11.1f}",
             f"    {size_words(study, s)}{'; ' + remark if remark else ''}",
         ]
-    return lines
+    return [*lines, LEGEND]
 
 
 def next_words(proposal: NextMeasurement) -> str:
