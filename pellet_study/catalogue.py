@@ -1,12 +1,10 @@
-"""Rigs and effects by name, read from what their files declare; a study's own come first."""
+"""Rigs and effects by name, read from what their files declare; a study's own are added in `own.py`."""
 
-import importlib.util
-import logging
+import importlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from difflib import get_close_matches
 from functools import cache
-from importlib.machinery import SourceFileLoader
 from pathlib import Path
 from typing import NamedTuple
 
@@ -14,8 +12,10 @@ import yade_scripts
 from pellet_study.errors import InputError
 
 SCRIPTS = Path(yade_scripts.__file__).resolve().parent
-log = logging.getLogger(__name__)
 CLOSED_FORM = Path(__file__).resolve().parent / "closed_form"
+SCENES = ("SEED_SCENE", "POWDER_SCENE")  # what an effect calls its places in a scene on YADE
+FLAT_TO_UPRIGHT = (0.0, 90.0)
+READABLE = {"slip_angle_deg": FLAT_TO_UPRIGHT, "repose_angle_deg": FLAT_TO_UPRIGHT}  # where the rig says nothing
 
 
 class Acting(NamedTuple):
@@ -51,7 +51,7 @@ class Effect:
     `parameters` maps names to {absent or default, min, max, physical, unit, meaning}, `parameters_in` a rig to those
     that stand in their place there; `sides` is 1 where the amount has one sign, 2 where it may have either; `rigs` maps
     a rig to where the effect shows in it. `reading` is what an effect on nothing but the reading makes of it; `own` is
-    the file of an effect of the study's own.
+    the file of an effect of the study's own; `scenes` holds its SEED_SCENE and POWDER_SCENE, where it has them.
     """
 
     name: str
@@ -67,6 +67,7 @@ class Effect:
     order: int = 1
     reading: Callable | None = None
     own: Path | None = None
+    scenes: Mapping[str, Mapping] = field(default_factory=dict)
 
     @property
     def amount(self) -> str:
@@ -137,40 +138,12 @@ class Catalogue:
 
 
 def nearest(given: str, accepted) -> str:
-    """`; there are a, b, c; did you mean b?` for an error message."""
+    """`; accepted are a, b, c; did you mean b?` for an error message."""
     names = sorted(accepted)
+    if not names:
+        return "; there is none"
     near = get_close_matches(str(given), names, n=1)
     return f"; accepted are {', '.join(names)}" + (f"; did you mean {near[0]!r}?" if near else "")
-
-
-class _NoBytecode(SourceFileLoader):
-    """Leaves no __pycache__ in a study."""
-
-    def set_data(self, path, data, *, _mode=0o666):
-        """Not kept."""
-
-
-def _load(file: Path):
-    """A file of the study's own, run as Python; it is named before, and must lie in the study itself."""
-    if file.resolve() != file.parents[1].resolve() / file.parent.name / file.name:
-        raise InputError(f"{file}: is a link to {file.resolve()}; code is loaded from the study's folder only, copy it")
-    log.info("running %s, code of the study's own", file)
-    name = f"{file.parent.name}_{file.stem}"
-    spec = importlib.util.spec_from_file_location(name, file, loader=_NoBytecode(name, str(file)))
-    module = importlib.util.module_from_spec(spec)
-    try:
-        spec.loader.exec_module(module)
-    except (Exception, SystemExit) as error:
-        raise InputError(f"{file}: cannot be read as a rig or an effect: {type(error).__name__}: {error}") from error
-    return module
-
-
-def _own(declared_by: Callable, file: Path, **more):
-    """What a file of the study's own declares; a mistake in it is named."""
-    try:
-        return declared_by(_load(file), file, **more)
-    except (AttributeError, KeyError, TypeError, ValueError) as error:
-        raise InputError(f"{file}: its declaration cannot be used: {type(error).__name__}: {error}") from error
 
 
 def rig_from(module, file: Path | None = None) -> Rig:
@@ -190,7 +163,7 @@ def rig_from(module, file: Path | None = None) -> Rig:
         predict=getattr(module, "predict", None),
         normal_stress=getattr(module, "normal_stress", None),
         effects=tuple(declared.get("effects", ())),
-        readable=declared.get("readable", {}),
+        readable={o: READABLE[o] for o in declared["observables"] if o in READABLE} | declared.get("readable", {}),
     )
 
 
@@ -216,18 +189,21 @@ def effect_from(module, file: Path | None = None, own: Path | None = None) -> Ef
             low, high = quantity.get("physical", (quantity["min"], quantity["max"]))
             if not quantity["min"] <= low < high <= quantity["max"]:
                 raise InputError(f"{file}: parameter {name}: expected min <= physical range <= max, got {quantity}")
-    scene = getattr(module, "SEED_SCENE", {})
+    scenes = {name: getattr(module, name) for name in SCENES if hasattr(module, name)}
+    seed = scenes.get("SEED_SCENE", {})
     return Effect(
         **{key: declared[key] for key in wanted},
         parameters_in=parameters_in,
         closed_form=getattr(module, "CLOSED_FORM", {}),
         order=getattr(module, "ORDER", 1),
-        reading=scene["reading"] if set(scene) == {"reading"} else None,
+        reading=seed["reading"] if set(seed) == {"reading"} else None,
         own=own,
+        scenes=scenes,
     )
 
 
-def _declaring(folder: Path, what: str) -> list[Path]:
+def declaring(folder: Path, what: str) -> list[Path]:
+    """The files of a folder that declare a RIG or an EFFECT."""
     return [
         file
         for file in sorted(folder.glob("*.py"))
@@ -238,32 +214,13 @@ def _declaring(folder: Path, what: str) -> list[Path]:
 @cache
 def standard() -> Catalogue:
     """The rigs and effects that come with the package."""
-    rigs = [rig_from(importlib.import_module(f"yade_scripts.{f.stem}"), f) for f in _declaring(SCRIPTS, "RIG")]
+    rigs = [rig_from(importlib.import_module(f"yade_scripts.{f.stem}"), f) for f in declaring(SCRIPTS, "RIG")]
     rigs += [
         rig_from(importlib.import_module(f"pellet_study.closed_form.{f.stem}"), f)
-        for f in _declaring(CLOSED_FORM, "RIG")
+        for f in declaring(CLOSED_FORM, "RIG")
     ]
     effects = [
         effect_from(importlib.import_module(f"yade_scripts.effects.{f.stem}"), f)
-        for f in _declaring(SCRIPTS / "effects", "EFFECT")
+        for f in declaring(SCRIPTS / "effects", "EFFECT")
     ]
     return Catalogue({rig.name: rig for rig in rigs}, {e.name: e for e in sorted(effects, key=lambda e: e.order)})
-
-
-def of_study(folder: Path) -> Catalogue:
-    """The package's rigs and effects and those of a study's `rigs/` and `effects/`."""
-    base = standard()
-    rigs = [_own(rig_from, file) for file in _declaring(folder / "rigs", "RIG")]
-    effects = [_own(effect_from, file, own=file) for file in _declaring(folder / "effects", "EFFECT")]
-    everything = {**base.effects, **{e.name: e for e in effects}}
-    known = {**base.rigs, **{r.name: r for r in rigs}}
-    for effect in effects:
-        if there := [name for name in effect.parameters_in if name in known and known[name].predict is None]:
-            raise InputError(
-                f"{effect.own}: parameters_in names {', '.join(there)}, which runs on YADE, where an effect of your own has "
-                "one set of parameters; make one file for each of its quantities"
-            )
-    return Catalogue(
-        known,
-        dict(sorted(everything.items(), key=lambda item: item[1].order)),
-    )

@@ -166,10 +166,16 @@ class _Rows:
             raise InputError(f"{where}: n {n!r}: expected a whole number of readings")
         if split and split not in SPLITS:
             raise InputError(f"{where}: split {split!r} is unknown{nearest(split, SPLITS)}")
+        reading = _number(where, "value", value)
+        low, high = self.catalogue.rigs[rig].readable.get(observable, (-math.inf, math.inf))
+        if not low <= reading <= high:
+            raise InputError(
+                f"{where}: value {value!r}: {observable} of {rig} can be read from {low:g} to {high:g} only"
+            )
         return Measurement(
             rig=rig,
             observable=observable,
-            value=_number(where, "value", value),
+            value=reading,
             sd=_number(where, "sd", sd, 0.0, strict=True) if sd else None,
             n=int(count),
             conditions=conditions,

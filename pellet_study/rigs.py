@@ -48,17 +48,38 @@ class YadeRig:
 
 def fingerprint(file: Path, extra: Sequence[Path] = ()) -> str:
     """Hash of every script the answer depends on: the rig's file, effects beyond its own, case.py, and their imports."""
+    seen = _sources([file, *extra, SCRIPTS / "case.py"])
+    digest = hashlib.sha256()
+    for source in sorted(seen, key=lambda path: (path != file, path.name)):
+        digest.update(seen[source])
+    return digest.hexdigest()
+
+
+def scene(file: Path) -> tuple[str, set[str]] | None:
+    """What an effect in a rig calls its places, and the places that the rig's scripts ask; None without any of them."""
+    sources = _sources([file])
+    asked = {
+        node.args[0].value
+        for source in sources.values()
+        for node in ast.walk(ast.parse(source))
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "at"
+        if node.args and isinstance(node.args[0], ast.Constant)
+    }
+    if not asked or SCRIPTS / "acting.py" not in sources:
+        return None
+    return "POWDER_SCENE" if SCRIPTS / "powder_scene.py" in sources else "SEED_SCENE", asked
+
+
+def _sources(files: Sequence[Path]) -> dict[Path, bytes]:
+    """Some scripts and all that they import of yade_scripts."""
     seen: dict[Path, bytes] = {}
-    waiting = [file, *extra, SCRIPTS / "case.py"]
+    waiting = list(files)
     while waiting:
         source = waiting.pop()
         if source not in seen and source.exists():
             seen[source] = source.read_bytes()
             waiting += _imported(seen[source])
-    digest = hashlib.sha256()
-    for source in sorted(seen, key=lambda path: (path != file, path.name)):
-        digest.update(seen[source])
-    return digest.hexdigest()
+    return seen
 
 
 def _imported(source: bytes) -> list[Path]:
@@ -79,8 +100,9 @@ def _files() -> dict[str, tuple[Path, tuple[Path, ...]]]:
 
 def use(name: str, file: Path, effects: Sequence[Path] = ()) -> None:
     """From here on the rig of that name is the one in a file, and also knows the effects in some files."""
-    if _used.get(name) != (file, tuple(effects)):
-        _used[name] = (file, tuple(effects))
+    files = (file.resolve(), tuple(effect.resolve() for effect in effects))  # YADE runs in another folder
+    if _used.get(name) != files:
+        _used[name] = files
         rig.cache_clear()
 
 

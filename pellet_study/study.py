@@ -11,8 +11,8 @@ from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from pathlib import Path
 
-from pellet_study import catalogue as catalogues
-from pellet_study.catalogue import Catalogue, nearest
+from pellet_study import own
+from pellet_study.catalogue import Catalogue, Effect, nearest
 from pellet_study.errors import InputError
 from pellet_study.measurements import Measurement, read
 
@@ -97,7 +97,7 @@ class Study:
         return replace(self, effects={k: v for k, v in self.effects.items() if k != name})
 
 
-def settings(effect: catalogues.Effect, values: Mapping[str, float]) -> dict[str, Setting]:
+def settings(effect: Effect, values: Mapping[str, float]) -> dict[str, Setting]:
     """Free settings of all parameters of an effect, from given starting values."""
     found = {}
     for name, quantity in effect.parameters.items():
@@ -120,7 +120,7 @@ def load(folder: Path) -> Study:
     for key in given:
         if key not in KEYS:
             raise InputError(f"{file}: {key!r} is unknown{nearest(key, KEYS)}")
-    everything = catalogues.of_study(folder)
+    everything = own.of_study(folder)
     rows = read(_inside(folder, file, _text(file, given, "measurements", "measurements.csv")), everything)
     possible = _possible(file, _table(file, given, "possible"), everything)
     catalogue = everything.within(list(dict.fromkeys([*(row.rig for row in rows), *possible])))
@@ -139,6 +139,7 @@ def load(folder: Path) -> Study:
         folder=folder,
     )
     check(study, f"{file}: ")
+    own.try_out(catalogue, rows, {name: setting.value for name, setting in study.parameters.items()})
     return study
 
 

@@ -358,6 +358,94 @@ def test_code_of_the_studys_own_that_is_broken(tmp_path, capsys, text, words):
     assert seen(path) == before
 
 
+SCENE = """
+def friction(mu, load, values):
+    return mu + values["stress_pa"]
+
+
+"""
+
+
+def own_act(text: str) -> str:
+    """OWN with another `act`, defined before it is used."""
+    declaration, used = OWN.split("CLOSED_FORM")[0], 'CLOSED_FORM = {"layer_on_incline": act}\n'
+    return f"{declaration}\n\ndef act(shear, normal, conditions, values):\n    return {text}\n\n\n{used}"
+
+
+@pytest.mark.parametrize(
+    "text, words",
+    [
+        (own_act("shear + values['stres_pa']"), ["suction.py: line 10", "'stres_pa'", "did you mean 'stress_pa'"]),
+        (own_act("shear + values['stress_pa'] * conditions['height_mm']"), ["line 10", "'height_mm'", "layer_height_mm"]),
+        (own_act("shear + values['stress_pa'] / 0 * 'a'"), ["line 10", "TypeError"]),
+        (own_act("5.0"), ["suction.py: act", "a single float"]),
+        (own_act("(shear + values['stress_pa'])[0, :1].repeat(5)"), ["suction.py: act", "array of shape (5,)"]),
+        (own_act("None"), ["suction.py: act", "NoneType"]),
+        (own_act("shear + (values['stress_pa'] - 1.0) ** 0.5"), ["suction.py: act", "is not a number at", "stress_pa 0"]),
+        (own_act("shear + 10 + values['stress_pa']"), ["suction.py", "not inert", "stress_pa = 0", "slip_angle_deg"]),
+        (OWN.replace('"layer_on_incline": "everywhere"', '"layer_on_inclin": "x"'), ["did you mean 'layer_on_incline'"]),
+        (OWN.replace('CLOSED_FORM = {"layer_on', 'CLOSED_FORM = {"layers_on'), ["CLOSED_FORM", "did you mean 'layer_on"]),
+        (OWN.replace('": "everywhere"', '": "", "shear_cell": ""'), ["shear_cell", "add CLOSED_FORM = {\"shear_cell\""]),
+        (OWN.replace('": "everywhere"', '": "", "slope_slip": ""'), ["slope_slip", "no SEED_SCENE", "friction", "reading"]),
+        (OWN.replace('": "everywhere"', '": "", "repose": ""'), ["repose", "no POWDER_SCENE", "wall_pair"]),
+        (
+            OWN.replace('": "everywhere"', '": "", "slope_slip": ""') + SCENE + 'SEED_SCENE = {"frction": friction}\n',
+            ["suction.py: SEED_SCENE", "'frction'", "did you mean 'friction'"],
+        ),
+        (
+            OWN.replace('": "everywhere"', '": "", "repose": ""') + SCENE + 'POWDER_SCENE = {"wallpair": friction}\n',
+            ["suction.py: POWDER_SCENE", "'wallpair'", "did you mean 'wall_pair'"],
+        ),
+        (OWN + SCENE + 'SEED_SCENE = {"friction": friction}\n', ["SEED_SCENE acts in none of the rigs"]),
+    ],
+)  # fmt: skip
+def test_an_effect_of_ones_own_that_does_not_act_as_it_says(tmp_path, capsys, text, words):
+    path = folder(tmp_path / "study")
+    (path / "effects").mkdir()
+    (path / "effects" / "suction.py").write_text(text)
+    refused(path, capsys, words)
+
+
+RIG = """
+RIG = {
+    "name": "pad", "observables": {"slip_stress_pa": "t"},
+    "parameters": {"mu": {"default": 0.4, "min": 0.0, "max": 2.0, "unit": "1", "meaning": "m"}},
+    "conditions": {"load_pa": {"default": 9.0, "min": 1.0, "max": 99.0, "unit": "Pa", "meaning": "l"}},
+}
+
+
+def predict(parameters, conditions, effects):
+    return {"slip_stress_pa": parameters["mu"] * conditions["load_pa"]}
+"""
+
+
+@pytest.mark.parametrize(
+    "old, new, words",
+    [
+        ('{"slip_stress_pa": par', '{"slip_stress": par', ["pad.py: predict returned slip_stress", "slip_stress_pa"]),
+        ('conditions["load_pa"]}', 'conditions["lod_pa"]}', ["pad.py: line 10", "'lod_pa'", "did you mean 'load_pa'"]),
+        ('{"slip_stress_pa": par', '{"slip_stress_pa": 1.0} or {1: par', ["pad.py: predict", "a single float"]),
+        ('return {"slip_stress_pa": ', 'return dict([1]) or {"slip_stress_pa": ', ["pad.py: line 10", "TypeError"]),
+        (
+            'conditions["load_pa"]}',
+            '(conditions["load_pa"] - 8) ** 0.5}',
+            ["pad.py", "is not a number at", "load_pa 7"],
+        ),
+    ],
+)
+def test_a_rig_of_ones_own_that_does_not_answer_as_it_says(tmp_path, capsys, old, new, words):
+    path = folder(tmp_path / "study")
+    (path / "rigs").mkdir()
+    (path / "rigs" / "pad.py").write_text(RIG)
+    (path / "measurements.csv").write_text(
+        "rig,observable,value,load_pa\npad,slip_stress_pa,3,7\npad,slip_stress_pa,4,9\n"
+    )
+    (path / "study.toml").write_text("[parameters]\nmu = { min = 0.1, max = 1.0 }\n")
+    study.load(path)
+    (path / "rigs" / "pad.py").write_text(RIG.replace(old, new))
+    refused(path, capsys, words)
+
+
 # Property-based: whatever the files hold, they are read or refused with InputError, and nothing else happens.
 
 WORDS = st.sampled_from(
@@ -389,9 +477,9 @@ def test_any_measurements_are_read_or_refused(tmp_path, text):
 @given(given_rows=NICE)
 def test_good_measurements_are_read_to_the_last_digit(tmp_path, given_rows):
     file = tmp_path / "measurements.csv"
-    lines = [f"layer_on_incline,slip_angle_deg,{value!r},{height!r},{n}" for value, height, n in given_rows]
-    file.write_text("\n".join([f"{HEAD},n", *lines]))
-    found = [(row.value, row.conditions["layer_height_mm"], row.n) for row in read(file, catalogue.standard())]
+    lines = [f"shear_cell,shear_stress_pa,{value!r},{stress!r},{n}" for value, stress, n in given_rows]
+    file.write_text("\n".join(["rig,observable,value,normal_stress_pa,n", *lines]))
+    found = [(row.value, row.conditions["normal_stress_pa"], row.n) for row in read(file, catalogue.standard())]
     assert found == given_rows
 
 

@@ -7,7 +7,7 @@ import pellet_study
 from tests.make_study import command, folder
 
 ORDER = (
-    "errors catalogue measurements study engine response simulated model evidence calibrate compare diagnose levels refine terminal pages answers figures "
+    "errors rigs catalogue measurements own study engine response simulated model evidence calibrate compare diagnose levels refine terminal pages answers figures "
     "challenge commands"
 ).split()
 PACKAGE = Path(pellet_study.__file__).resolve().parent

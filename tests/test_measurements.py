@@ -57,6 +57,8 @@ def test_known_parameter_and_blank_condition_of_another_rig(tmp_path):
         ((HEADER + ",sd", ROW + ",0"), ("line 2", "sd", "more than 0")),
         ((HEADER + ",n", ROW + ",2.5"), ("line 2", "n", "whole number")),
         ((HEADER + ",split", ROW + ",test"), ("line 2", "test", "holdout")),
+        ((HEADER, ROW, "layer_on_incline,slip_angle_deg,120,20"), ("line 3", "'120'", "from 0 to 80")),
+        (("rig,observable,value", "slope_slip,slip_angle_deg,120"), ("line 2", "'120'", "from 0 to 90")),
         ((HEADER,), ("no rows",)),
     ],
 )
