@@ -49,7 +49,7 @@ def ladder(steps: Sequence[dict]):
     axes.set_ylim(0, 1.12 * top)
     axes.set_xlabel("model")
     axes.set_ylabel(f"rms error ({look.unit_in_words(steps[-1].get('rms_error_unit', '-'))})")
-    figure.legend(loc="outside lower center", ncols=2)
+    look.legend_below(figure, *axes.get_legend_handles_labels())
     return figure
 
 
@@ -100,7 +100,7 @@ def residuals(steps: Sequence[dict]):
         axes.set_ylabel("residual / uncertainty (-)" if known else f"residual ({_unit(shown[0]['rows'], rig)})")
     for axes in grid.flat[len(panels) :]:
         axes.set_visible(False)
-    figure.legend(drawn.values(), drawn.keys(), loc="outside lower center", ncols=min(2, len(drawn)))
+    look.legend_below(figure, drawn.values(), drawn.keys())
     return figure
 
 
@@ -134,7 +134,7 @@ def predictions(rows: Sequence[dict]):
         axes.set_ylabel(f"predicted {label(observable)}")
     for axes in grid.flat[len(pairs) :]:
         axes.set_visible(False)
-    figure.legend(drawn.values(), drawn.keys(), loc="outside lower center", ncols=3)
+    look.legend_below(figure, drawn.values(), drawn.keys(), columns=3)
     return figure
 
 
@@ -174,7 +174,7 @@ def ranking(found: dict):
     axes.set_xlim(0, 1.65 * max(best, 1.0))
     axes.set_xlabel("drop of chi² when the effect is fitted too (-)")
     axes.set_ylabel("candidate effect")
-    figure.legend(used.values(), used.keys(), loc="outside lower center", ncols=2)
+    look.legend_below(figure, used.values(), used.keys())
     return figure
 
 
@@ -201,7 +201,7 @@ def constants(told: dict):
     axes.set_xlabel(label(told["condition"]))
     axes.set_ylabel(label(told["parameter"]))
     axes.set_title(told["rig"])
-    figure.legend(loc="outside lower center", ncols=2)
+    look.legend_below(figure, *axes.get_legend_handles_labels())
     return figure
 
 

@@ -5,9 +5,12 @@ Matplotlib is imported when a figure is asked for.
 """
 
 import io
+import textwrap
+from collections.abc import Iterable
 from functools import wraps
 from pathlib import Path
 
+LABEL_WIDTH = 60  # letters of a label in a legend
 MODEL, MEASURED, PAPER = "#0072B2", "#D55E00", "#555555"
 LIGHT, BAND, LINE = "#BBD7EA", "#EDEDED", "#8A8A8A"
 SERIES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
@@ -76,6 +79,16 @@ def new_axes(width: float = 6.0, height: float = 3.8, **grid):
     figure = Figure(figsize=(width, height), layout="constrained")
     FigureCanvasAgg(figure)
     return figure, figure.subplots(**grid)
+
+
+def legend_below(figure, handles: Iterable, labels: Iterable[str], columns: int = 2) -> None:
+    """A legend under a figure's axes, in as many columns as its width has room for; long labels are folded."""
+    labels = [textwrap.fill(text, LABEL_WIDTH) for text in labels]
+    for number in range(min(columns, len(labels)), 0, -1):
+        legend = figure.legend(handles, labels, loc="outside lower center", ncols=number)
+        if number == 1 or legend.get_window_extent().width <= figure.bbox.width:
+            return
+        legend.remove()
 
 
 def words(name: str) -> tuple[str, str]:

@@ -199,7 +199,8 @@ def _called(function: Callable, file: Path, *given):
     except StudyError:
         raise
     except Exception as error:
-        lines = [frame.lineno for frame in traceback.extract_tb(error.__traceback__) if frame.filename == str(file)]
+        frames = traceback.extract_tb(error.__traceback__)
+        lines = [frame.lineno for frame in frames if Path(frame.filename).resolve() == file.resolve()]
         place = f"line {lines[-1]}: " if lines else ""
         names = [name for one in given if isinstance(one, Mapping) for name in one]
         hint = nearest(error.args[0], names) if isinstance(error, KeyError) and error.args else ""

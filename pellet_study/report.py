@@ -197,7 +197,8 @@ def _measured(study: Study, folder: Path) -> dict:
         ]
         for row in study.rows[:MOST_ROWS]
     ]
-    kept = [k for k in range(len(head)) if head[k] in ("rig", "observable", "value") or len({r[k] for r in rows}) > 1]
+    always = ("rig", "observable", "value", "sd", "n")
+    kept = [k for k in range(len(head)) if head[k] in always or len({r[k] for r in rows}) > 1]
     caption = "Every row" if len(rows) == len(study.rows) else f"The first {len(rows)} of {len(study.rows)} rows"
     return {
         "summary": table(
@@ -210,7 +211,7 @@ def _measured(study: Study, folder: Path) -> dict:
             [head[k] for k in kept],
             [[row[k] for k in kept] for row in rows],
             [m for m, k in enumerate(kept) if 2 <= k < len(head) - 2],
-            caption + " of measurements.csv (columns that never change are left out)",
+            caption + " of measurements.csv (conditions, split and note are left out where they never change)",
         ),
         "pictures": pictured.particles(study, folder),
     }

@@ -48,6 +48,20 @@ def test_series_differ_in_grey_or_by_another_sign():
             assert abs(a - grey[m]) > 0.1 or (look.MARKERS[k] != look.MARKERS[m] and look.DASHES[k] != look.DASHES[m])
 
 
+def test_legends_lie_inside_their_figures():
+    steps = answer("wet_beads", "history")["steps"]
+    for step in steps:
+        for k, row in enumerate(step["rows"]):
+            row["split"] = "holdout" if k % 3 == 0 else "fit"
+    steps[-1]["effects"] = ["cohesion", "side_wall_friction", "finite_thickness", "stress_dependent_friction"]
+    for figure in (figures.residuals(steps), figures.predictions(steps[-1]["rows"]), figures.ladder(steps)):
+        figure.canvas.draw()
+        legend = figure.legends[0].get_window_extent()
+        assert legend.x0 >= 0 and legend.x1 <= figure.bbox.width
+    labels = [text.get_text() for text in figures.residuals(steps).legends[0].get_texts()]
+    assert len(labels) == 5 and labels[-1].endswith(", held out")
+
+
 def test_a_tie_is_drawn_as_a_tie():
     told = answer("wet_beads", "refine")["diagnoses"][0]
     names = [s["effect"] for s in told["ranking"]][:2]

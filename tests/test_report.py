@@ -88,6 +88,16 @@ def test_the_bench_stages_are_drawn_from_their_files(bench):
         assert value in text
 
 
+def test_readings_are_shown_with_their_uncertainty_even_where_it_never_changes(tmp_path):
+    lines = [
+        "rig,observable,value,sd,n,normal_stress_pa",
+        *(f"shear_cell,shear_stress_pa,{s // 2},8,5,{s}" for s in (500, 900)),
+    ]
+    text = text_of(folder(tmp_path / "study", lines))
+    heads = re.findall(r"<th[^>]*>(.*?)</th>", text)
+    assert heads[heads.index("value") :][:3] == ["value", "sd", "n"]
+
+
 def test_a_note_with_html_stays_text(tmp_path):
     lines = [
         "rig,observable,value,layer_height_mm,note",

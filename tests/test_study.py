@@ -5,7 +5,7 @@ import pytest
 from pellet_study.errors import InputError
 from pellet_study.model import Model
 from pellet_study.study import erase_effect, load, settings, write_effect
-from tests.make_study import folder, incline
+from tests.make_study import command, folder, incline
 
 OWN_EFFECT = """
 EFFECT = {
@@ -110,6 +110,16 @@ def test_writing_keeps_the_other_lines(tmp_path):
     assert set(before.splitlines()) <= set(file.read_text().splitlines())
     erase_effect(file, "cohesion")
     assert file.read_text() == before
+
+
+def test_what_is_not_there_cannot_be_dropped_and_a_note_is_said_once(tmp_path, capsys):
+    status, _ = command(
+        "drop", folder(tmp_path, ["rig,observable,value", "shear_cell,shear_stress_pa,500"]), "cohesion"
+    )
+    assert status == 2 and "cohesion is not in [effects]; there is none" in capsys.readouterr().err
+    assert command("compare", tmp_path)[0] == 0
+    said = capsys.readouterr()
+    assert "NOTE" in said.out and "warning:" not in said.err
 
 
 HEAP = ["rig,observable,value,sd", "repose,repose_angle_deg,40,1"]
