@@ -14,6 +14,7 @@ from pellet_study.errors import InputError
 SCRIPTS = Path(yade_scripts.__file__).resolve().parent
 CLOSED_FORM = Path(__file__).resolve().parent / "closed_form"
 SCENES = ("SEED_SCENE", "POWDER_SCENE")  # what an effect calls its places in a scene on YADE
+ON_YADE = ("contact_laws", "effects", "numerics", "random", "time_limit_s")  # what a rig on YADE declares besides
 FLAT_TO_UPRIGHT = (0.0, 90.0)
 READABLE = {"slip_angle_deg": FLAT_TO_UPRIGHT, "repose_angle_deg": FLAT_TO_UPRIGHT}  # where the rig says nothing
 
@@ -151,12 +152,23 @@ def rig_from(module, file: Path | None = None) -> Rig:
 
     Raises
     ------
-    InputError : a key is missing
+    InputError : a key or a number is missing, or there is nothing that turns cases into observables
     """
     declared = module.RIG
-    missing = [key for key in ("name", "parameters", "conditions", "observables") if key not in declared]
+    simulated = not hasattr(module, "predict")
+    if simulated and not hasattr(module, "simulate"):
+        raise InputError(f"{file}: has neither predict(parameters, conditions, effects) nor, on YADE, simulate(case)")
+    wanted = ("name", "parameters", "conditions", "observables", *(ON_YADE if simulated else ()))
+    missing = [key for key in wanted if key not in declared]
     if missing:
         raise InputError(f"{file}: RIG lacks {', '.join(missing)}")
+    if not isinstance(declared["observables"], Mapping):
+        raise InputError(f"{file}: observables: expected {{name: meaning}}, got {declared['observables']!r}")
+    for name, quantity in [*declared["parameters"].items(), *declared["conditions"].items()]:
+        if absent := [key for key in ("default", "min", "max") if key not in quantity]:
+            raise InputError(f"{file}: {name} lacks {', '.join(absent)}")
+        if not quantity["min"] <= quantity["default"] <= quantity["max"]:
+            raise InputError(f"{file}: {name}: expected min <= default <= max, got {quantity}")
     return Rig(
         **{key: declared[key] for key in ("name", "parameters", "conditions", "observables")},
         file=file,

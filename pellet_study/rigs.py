@@ -112,7 +112,7 @@ def rig(name: str) -> YadeRig:
 
     Raises
     ------
-    InputError : no such rig
+    InputError : no such rig, or it cannot be used with the effects beyond its own
     """
     files = _files()
     if name not in files:
@@ -120,7 +120,12 @@ def rig(name: str) -> YadeRig:
         hint = f"; did you mean {near[0]!r}?" if near else ""
         raise InputError(f"rig {name!r} is unknown; there are {', '.join(sorted(files))}{hint}")
     file, extra = files[name]
-    declaration = case_file.load(file, extra).RIG
+    try:
+        declaration = case_file.load(file, extra).RIG
+    except AttributeError as error:
+        raise InputError(
+            f"{file}: {error}; a rig with effects has EFFECTS, a tuple of modules, () where it has none"
+        ) from None
     clash = set(declaration["observables"]) & set(case_file.flat(case_file.example(declaration)))
     if clash:
         raise InputError(f"{file}: {', '.join(sorted(clash))} is both an input and an observable; rename one")
@@ -128,7 +133,7 @@ def rig(name: str) -> YadeRig:
         file=file,
         extra=extra,
         fingerprint=fingerprint(file, extra),
-        **{k: tuple(v) if k == "contact_laws" else v for k, v in declaration.items()},
+        **{k: tuple(v) if k == "contact_laws" else v for k, v in declaration.items() if k != "readable"},
     )
 
 
