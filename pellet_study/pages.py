@@ -109,7 +109,7 @@ def rows_table(found: Comparison, most: int = 40) -> list[str]:
     }  # fmt: skip
     lines = [head]
     for r in rows:
-        shown = ", ".join(f"{c} {number(v)}" for c, v in r.row.conditions.items() if c in varied)
+        shown = ", ".join(f"{c} {number(v)}" for c, v in r.row.conditions.items() if c in varied) or r.row.note
         z = "-" if r.z is None else f"{r.z:.1f}"
         held = "  held out" if r.row.split == "holdout" else ""
         lines.append(f"{r.row.rig:18s}{number(r.row.value):>10s}{number(r.predicted):>11s}{z:>7s}  {shown}{held}")
