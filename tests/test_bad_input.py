@@ -431,6 +431,15 @@ def predict(parameters, conditions, effects):
             '(conditions["load_pa"] - 8) ** 0.5}',
             ["pad.py", "is not a number at", "load_pa 7"],
         ),
+        ('"default": 9.0, ', "", ["pad.py: load_pa lacks default"]),
+        ('"default": 0.4', '"default": 3.0', ["pad.py: mu: expected min <= default <= max"]),
+        ('{"slip_stress_pa": "t"}', '["slip_stress_pa"]', ["pad.py: observables", "name: meaning"]),
+        ("def predict", "def predicts", ["pad.py: has neither predict", "nor", "simulate"]),
+        (
+            "def predict(",
+            "def simulate(case): pass\n\n\ndef other(",
+            ["pad.py: RIG lacks contact_laws, effects, numerics"],
+        ),
     ],
 )
 def test_a_rig_of_ones_own_that_does_not_answer_as_it_says(tmp_path, capsys, old, new, words):
