@@ -4,6 +4,7 @@ from collections.abc import Sequence
 
 from pellet_study.compare import HELD_OUT_FAILS, Comparison, Drift
 from pellet_study.diagnose import Diagnosis, NextMeasurement, Suspect
+from pellet_study.look import unit_in_words
 from pellet_study.refine import Refinement
 from pellet_study.study import Study
 from pellet_study.terminal import folded
@@ -76,7 +77,7 @@ def comparison_page(study: Study, found: Comparison) -> str:
         lines.append(f"       set-up scatter that would excuse it: {', '.join(excuse)}")
     if found.rms_error is not None:
         held = "" if found.holdout_rms_error is None else f"; held out {number(found.holdout_rms_error, 3)}"
-        lines.append(f"       rms error {number(found.rms_error, 3)} {found.rms_error_unit}{held}")
+        lines.append(f"       rms error {number(found.rms_error, 3)} {unit_in_words(found.rms_error_unit)}{held}")
     words = where_it_fails(found)
     lines += [
         "",

@@ -8,7 +8,7 @@ import re
 import sys
 import textwrap
 import threading
-from collections.abc import Iterable, Sequence
+from collections.abc import Collection, Iterable, Sequence
 from contextlib import contextmanager
 
 WIDTH = 80  # columns of a page
@@ -42,9 +42,10 @@ def say(page: str) -> None:
     print(BOLD.sub("\033[1m\\1\033[0m", page) if coloured(sys.stdout) else page)
 
 
-def warn(messages: Iterable[str]) -> None:
-    """Warnings, each once, on the error stream."""
-    for message in dict.fromkeys(messages):
+def warn(messages: Iterable[str], noted: Collection[str] = ()) -> None:
+    """Warnings, each once, on the error stream; on a terminal without those that the page just printed there has as notes."""
+    told = noted if sys.stdout.isatty() and sys.stderr.isatty() else ()
+    for message in dict.fromkeys(message for message in messages if message not in told):
         text = f"warning: {message}"
         print(f"\033[33m{text}\033[0m" if coloured(sys.stderr) else text, file=sys.stderr)
 

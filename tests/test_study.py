@@ -1,5 +1,7 @@
 """study.toml: checks, and edits that keep the user's other lines."""
 
+import sys
+
 import pytest
 
 from pellet_study.errors import InputError
@@ -112,14 +114,21 @@ def test_writing_keeps_the_other_lines(tmp_path):
     assert file.read_text() == before
 
 
-def test_what_is_not_there_cannot_be_dropped_and_a_note_is_said_once(tmp_path, capsys):
+def test_what_is_not_there_cannot_be_dropped(tmp_path, capsys):
     status, _ = command(
         "drop", folder(tmp_path, ["rig,observable,value", "shear_cell,shear_stress_pa,500"]), "cohesion"
     )
     assert status == 2 and "cohesion is not in [effects]; there is none" in capsys.readouterr().err
-    assert command("compare", tmp_path)[0] == 0
+
+
+@pytest.mark.parametrize("terminal", [False, True])
+def test_a_note_is_a_warning_too_but_not_on_the_same_terminal(tmp_path, capsys, monkeypatch, terminal):
+    study = folder(tmp_path, ["rig,observable,value", "shear_cell,shear_stress_pa,500"])
+    for stream in (sys.stdout, sys.stderr):
+        monkeypatch.setattr(stream, "isatty", lambda: terminal)
+    assert command("compare", study)[0] == 0
     said = capsys.readouterr()
-    assert "NOTE" in said.out and "warning:" not in said.err
+    assert "NOTE" in said.out and ("warning:" in said.err) != terminal
 
 
 HEAP = ["rig,observable,value,sd", "repose,repose_angle_deg,40,1"]

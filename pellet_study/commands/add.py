@@ -9,7 +9,7 @@ from pellet_study.compare import calibrate, compare
 from pellet_study.errors import InputError
 from pellet_study.model import Model
 from pellet_study.study import Setting, check, load, settings, write_effect
-from pellet_study.terminal import done, say, working
+from pellet_study.terminal import done, say, warn, working
 
 EXAMPLE = """\
 Writes the effect into [effects] of study.toml, compare.txt and compare.json, and a step of the history.
@@ -55,6 +55,7 @@ def run(arguments: argparse.Namespace) -> dict:
     answers.record(arguments.study, steps)
     page = pages.folded([pages.comparison_page(larger, after), "", *pages.ladder(steps)])
     say(page)
+    warn(after.warnings, noted=after.warnings)
     answers.leave(arguments.study, "compare", page, steps[1])
     done(arguments.study / "compare.txt", f"{'report' if after.fits else 'diagnose'} {arguments.study}")
     return {**steps[1], "before": steps[0]}

@@ -33,7 +33,7 @@ def run(arguments: argparse.Namespace) -> dict:
         interpolation = answers.check_surface(answer, state)
     page = pages.comparison_page(study, found)
     say(page)
-    warn(interpolation)  # the page has the others
+    warn([*found.warnings, *interpolation], noted=found.warnings)
     answers.leave(arguments.study, "compare", page, answer)
     if arguments.figures:
         from pellet_study import figures, look

@@ -8,7 +8,7 @@ from pellet_study.compare import calibrate
 from pellet_study.diagnose import diagnose
 from pellet_study.levels import by_level
 from pellet_study.study import load
-from pellet_study.terminal import done, say, working
+from pellet_study.terminal import done, say, warn, working
 
 EXAMPLE = """\
 Writes diagnose.txt and diagnose.json into STUDY, which `report` shows; study.toml stays as it is.
@@ -34,6 +34,7 @@ def run(arguments: argparse.Namespace) -> dict:
     page = pages.diagnosis_page(study, found)
     answer = {**answers.diagnosis(found), "by_level": by_level(state, found)}
     say(page)
+    warn(found.warnings, noted=found.warnings)
     answers.leave(arguments.study, "diagnose", page, answer)
     if arguments.figures:
         from pellet_study import figures, look

@@ -8,7 +8,7 @@ from pellet_study.catalogue import nearest
 from pellet_study.compare import compare
 from pellet_study.errors import InputError
 from pellet_study.study import erase_effect, load
-from pellet_study.terminal import done, say, working
+from pellet_study.terminal import done, say, warn, working
 
 EXAMPLE = """\
 Takes the effect out of [effects] of study.toml; writes compare.txt and compare.json, and a step of the history.
@@ -39,6 +39,7 @@ def run(arguments: argparse.Namespace) -> dict:
     answers.record(arguments.study, steps)
     page = pages.folded([pages.comparison_page(smaller, after), "", *pages.ladder(steps)])
     say(page)
+    warn(after.warnings, noted=after.warnings)
     answers.leave(arguments.study, "compare", page, steps[1])
     done(arguments.study / "compare.txt", f"{'report' if after.fits else 'diagnose'} {arguments.study}")
     return {**steps[1], "before": steps[0]}

@@ -37,7 +37,7 @@ def run(arguments: argparse.Namespace) -> dict:
     answers.record(arguments.study, answer["steps"])
     page = pages.refinement_page(study, found, answer["steps"])
     say(page)
-    warn(interpolation)  # the page has the others
+    warn([*answer["warnings"], *interpolation], noted=answer["warnings"])
     answers.leave(arguments.study, "refine", page, answer)
     answers.leave(arguments.study, "compare", pages.comparison_page(found.study, found.steps[-1]), answer["steps"][-1])
     done(arguments.study / "refine.txt", f"report {arguments.study}")
