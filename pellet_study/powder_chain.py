@@ -10,6 +10,7 @@ import os
 import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from itertools import pairwise
 from pathlib import Path
 
 import numpy as np
@@ -27,7 +28,7 @@ from pellet_study.paper.designs import screening_factors
 from pellet_study.study import BELONGS_TO, SCALINGS, Study
 from yade_scripts import powder_scene
 
-RIG, OBSERVABLE = "repose", "repose_angle_deg"
+RIG, OBSERVABLE, ANGLE = "repose", "repose_angle_deg", "repose angle"
 STAGES = ("screening", "climb", "surface", "optimum", "validation")
 SYMBOLS = {
     "A": "powder_restitution",
@@ -47,6 +48,7 @@ NAMES = {
     "F": "rolling friction powder-steel",
     "G": "surface energy",
 }
+DEFAULT_LAW = "cohesive_frictional"
 IDLE = {
     "cohesive_frictional": {"A": "the law has no restitution; A is an idle column, its effect an estimate of noise"}
 }
@@ -55,6 +57,7 @@ SEEDS_OF_READ = 8_000  # first of the validation where the setting was read: the
 CLIMB_POINTS = 6
 HALF_BOX = 2.0  # half-width of the surface's box, in steps of the climb
 MOVES = 3  # of climb or box, before it is given up
+LEAST_GAIN = 0.1  # share of what the heaps miss below which a correction inside the box is not worth new heaps
 ALPHA = 0.05  # of the equivalence test, over all settings that are validated
 CONTRADICTED = 1e-3  # p of the rows' scatter below which their stated sd is not believed
 KEEP_GRAINS = "PELLET_STUDY_GRAINS"  # where the rig leaves the grains of its heaps
@@ -79,8 +82,8 @@ FULL, QUICK = Sizes(3, 5, 10, 60), Sizes(1, 3, 4, 4, attempts=1)
 class Plan:
     """What a study asks of the chain.
 
-    `factors` are the seven of the screening with the ranges of the study (or the paper's Table 6); `fixed` the
-    parameters that stay; `target`, `sd`, `n` the measured angle, the standard deviation of a reading and the number of
+    `factors` are the seven of the screening with the ranges of the study (those of `own`) or the paper's Table 6; `fixed`
+    the parameters that stay; `target`, `sd`, `n` the measured angle, the standard deviation of a reading and the number of
     readings; `freedom` the degrees of freedom of `sd`; `margin` that of the equivalence test, the measurement's own
     standard deviation; `remarks` what the reader must know.
     """
@@ -95,6 +98,7 @@ class Plan:
     n: int
     freedom: int
     remarks: tuple[str, ...] = ()
+    own: frozenset[str] = frozenset()
 
     @property
     def margin(self) -> float:
@@ -134,6 +138,15 @@ class Plan:
         """{factor: why the contact law cannot represent it}."""
         return IDLE.get(self.contact_law, {})
 
+    def outside(self, point: Mapping[str, float]) -> dict[str, str]:
+        """{factor: which range} of the levels that lie outside the screening's, as the boxes may move beyond them."""
+        found = {}
+        for f in self.factors:
+            if abs(f.coded(point[f.name])) > 1 + 1e-6:
+                whose = "study.toml" if f.name in self.own else "the source paper's Table 6"
+                found[f.name] = f"outside the range {f.low:g} to {f.high:g} of {whose}"
+        return found
+
 
 def plan_of(study: Study, contact_law: str | None = None) -> Plan:
     """The chain a study asks for.
@@ -141,7 +154,7 @@ def plan_of(study: Study, contact_law: str | None = None) -> Plan:
     Raises
     ------
     InputError : no measured repose angle, or several under different conditions, or none with a standard deviation;
-        anything the chain cannot hold or vary as the study says
+        an angle that no heap has; anything the chain cannot hold or vary as the study says
     """
     rows = [r for r in study.rows if r.rig == RIG and r.observable == OBSERVABLE and r.split == "fit"]
     if not rows:
@@ -182,8 +195,10 @@ def plan_of(study: Study, contact_law: str | None = None) -> Plan:
                 f"give its value alone, {name} = {setting.value:g}, or use compare"
             )
     value, sd, n, freedom, remarks = measured_angle(rows)
+    if not 0 < value < 90:
+        raise InputError(f"the measured repose angle is {value:g} deg; expected one above 0 and below 90")
     return Plan(
-        contact_law or study.contact_law or "cohesive_frictional",
+        contact_law or study.contact_law or DEFAULT_LAW,
         factors,
         {name: setting.value for name, setting in others.items()} | dict(known),
         dict(rows[0].conditions),
@@ -193,6 +208,7 @@ def plan_of(study: Study, contact_law: str | None = None) -> Plan:
         n,
         freedom,
         remarks,
+        own=frozenset(f.name for f in factors if SYMBOLS[f.name] in study.parameters),
     )
 
 
@@ -251,7 +267,7 @@ def measured_angle(rows: Sequence[Measurement]) -> tuple[float, float, int, int,
 class Chain:
     """The chain of one study: its plan, its folder of results, its store.
 
-    `say` gets a line a stage; `decisions_from` is the folder of another chain's results, whose decisions stand for the
+    `say` gets a line a stage, `after` the chain and its decisions when a stage is done; `decisions_from` is the folder of another chain's results, whose decisions stand for the
     stages that are not done here.
     """
 
@@ -263,6 +279,7 @@ class Chain:
     quiet: bool = False
     say: Callable[[str], None] = print
     decisions_from: Path | None = None
+    after: Callable[["Chain", dict[str, dict]], object] = lambda chain, decisions: None
 
     # ------------------------------------------------------------------------------------------- heaps and files
     def heaps(self, stage: str, points: Sequence[Mapping[str, float]], first: int = 0) -> pd.DataFrame:
@@ -426,9 +443,12 @@ class Chain:
             "factors": chosen,
             "clear": [name for name in found.effects if abs(found.effects[name]) > 2 * errors[name]],
             "coefficients": {name: found.model.coefficients[name] for name in found.effects},
+            "curvature_deg": found.curvature.estimate if found.curvature else None,
+            "curvature_standard_error_deg": float(found.model.results.bse[-1]) if found.curvature else None,
             "scatter_deg": scatter(good),
             "lost": int((runs["verdict"] != "ok").sum()),
             "heaps": len(runs),
+            "repeats": self.sizes.repeats,
         }
         self.write("screening", "decision", decision)
         self.screened = found  # for the figures of this call
@@ -472,28 +492,35 @@ class Chain:
             "heaps": len(runs),
             "lost": int((runs["verdict"] != "ok").sum()),
             "moves": move,
+            "repeats": self.sizes.repeats,
         }
         self.write("climb", "decision", decision)
         return decision
 
     def surface(self) -> dict:
-        """Box-Behnken around the climb's best place; the box moves where the target lies outside."""
+        """Box-Behnken around the climb's best place; the box moves where the target lies outside.
+
+        Where no box has the target, the one whose surface comes nearest to it counts.
+        """
         climbed = self.decision("climb")
         units = {f.name: f.unit for f in self.plan.factors}
         factors = [Factor(name, *levels, units[name]) for name, levels in climbed["box"].items()]
         known = rigs.rig(RIG).parameters
-        moves, everything = [], []
+        boxes, designs, fits, gaps, everything = [], [], [], [], []
         for move in range(MOVES):
             coded = box_behnken.coded_matrix(len(factors), self.sizes.centre_points)
             points = [{f.name: float(f.physical(x)) for f, x in zip(factors, row, strict=True)} for row in coded]
-            self.write("surface", "design", pd.DataFrame(points).round(10))
+            designs.append(pd.DataFrame(points).round(10))
+            self.write("surface", "design", designs[-1])
             runs = self.heaps("surface", self.repeated(points, coded), first=1000 * move)
             runs["box"] = move
             everything.append(runs)
             self.write("surface", "runs", pd.concat(everything, ignore_index=True))
             found = box_behnken.analyse(table_of(self.good(runs, "surface", 12), factors))
             target = optimum.target_set(found, self.plan.target, self.plan.sd)
-            moves.append({f.name: [f.low, f.high] for f in factors})
+            boxes.append({f.name: [f.low, f.high] for f in factors})
+            fits.append(found)
+            gaps.append(max(target.lowest - self.plan.target, self.plan.target - target.highest, 0.0))
             if target.reachable or move == MOVES - 1:
                 break
             self.say(
@@ -504,33 +531,41 @@ class Chain:
             up = 1 if target.highest < self.plan.target else -1
             shift = up * slopes / np.abs(slopes).max()
             factors = [moved(f, x, known[SYMBOLS[f.name]]) for f, x in zip(factors, shift, strict=True)]
+        chosen = int(np.argmin(gaps))
+        found = fits[chosen]
+        if chosen != move:
+            self.say(f"  surface: box {chosen + 1} of {move + 1} comes nearest to {self.plan.target:g} deg and counts")
+            self.write("surface", "design", designs[chosen])
         self.write("surface", "coefficients", coefficients_table(found))
         decision = {
-            "box": moves[-1],
-            "boxes": moves,
+            "box": boxes[chosen],
+            "boxes": boxes,
+            "chosen_box": chosen,
             "coefficients": found.model.coefficients,
             "standard_errors": found.model.standard_errors,
             "r2": found.r2,
             "r2_adjusted": found.r2_adjusted,
             "r2_predicted": found.r2_predicted,
             "lack_of_fit_p": found.lack_of_fit_p,
-            "reachable": bool(target.reachable),
+            "reachable": gaps[chosen] == 0,
             "heaps": int(sum(map(len, everything))),
             "lost": int(sum((r["verdict"] != "ok").sum() for r in everything)),
-            "last_box_runs": len(runs),
+            "box_runs": len(everything[chosen]),
+            "repeats": self.sizes.repeats,
         }
         self.write("surface", "decision", decision)
         return decision
 
     def optimum(self) -> dict:
-        """The settings of the last box that meet the target, and the one recommended among them."""
+        """The settings of the surface's box that meet the target, and the one recommended among them, else the nearest."""
         found = self._refit_surface()
         target = optimum.target_set(found, self.plan.target, self.plan.sd)
         middle = {f.name: f.centre for f in self.plan.factors}
-        energy = {**middle, **target.physical}["G"]
+        point = {**middle, **target.physical}
         decision = {
-            "point": {**middle, **target.physical},
+            "point": point,
             "factors": list(target.physical),
+            "outside": self.plan.outside(point),
             "predicted_deg": target.prediction.predicted,
             "prediction_standard_error_deg": target.prediction.standard_error,
             "reachable": bool(target.reachable),
@@ -540,7 +575,7 @@ class Chain:
             "highest": target.highest,
             "unidentified": target.unidentified,
             "extents": {e.name: list(e.physical) for e in target.extents},
-            "bond_number": bond(self.plan, energy),
+            "bond_number": bond(self.plan, point["G"]),
             "box": {f.name: [f.low, f.high] for f in found.table.factors},
         }
         self.targeted = target
@@ -549,18 +584,17 @@ class Chain:
 
     def _refit_surface(self):
         """The surface fitted again from its file of runs, that beside its decision."""
-        box = self.decision("surface")["box"]
         runs = pd.read_csv(self.home("surface") / "surface" / "runs.csv")
-        units = {f.name: f.unit for f in self.plan.factors}
-        return surface_of(runs, box, units)
+        return surface_of(runs, self.decision("surface"), {f.name: f.unit for f in self.plan.factors})
 
     def validation(self) -> dict:
         """Heaps at the optimum with seeds nobody has used: is their mean the measured angle?
 
         Where that is not shown, the setting is corrected along the surface's gradient by what is missing, and validated
-        anew with other seeds. Both attempts stay in the table and in the decision; the last one counts.
+        anew with other seeds. Both attempts stay in the table and in the decision; the last one counts. There is no
+        second one where the box ends at the first.
         """
-        point, tables, attempts = self.chosen(), [], []
+        point, tables, attempts, box_ends = self.chosen(), [], [], False
         (self.folder / "validation").mkdir(parents=True, exist_ok=True)
         validation.declare_margin(self.folder / "validation" / "margin.json", self.plan.margin, "deg")
         first = SEEDS_OF_READ if self.reads_setting else 0
@@ -571,10 +605,13 @@ class Chain:
             attempts.append(self.judged(runs, point))
             if attempts[-1]["equivalent"] or len(attempts) == self.sizes.attempts:
                 break
-            point = self.corrected(point, attempts[-1]["mean_deg"])
+            better = self.corrected(point, attempts[-1]["mean_deg"])
+            if box_ends := better is None:
+                break
+            point = better
         whole = int((runs["verdict"] == "ok").idxmax())  # the first that gave an angle
         self.keep_grains(point, first + 1000 * (len(attempts) - 1) + whole)
-        decision = {**attempts[-1], "attempts": attempts}
+        decision = {**attempts[-1], "attempts": attempts, "box_ends": box_ends}
         self.write("validation", "decision", decision)
         return decision
 
@@ -633,16 +670,24 @@ class Chain:
             "equivalent": tested.equivalent,
             "p_difference": tested.p_difference,
             "point": dict(point),
+            "factors": self.decision("optimum")["factors"],
+            "outside": self.plan.outside(point),
             "bond_number": bond(self.plan, point["G"]),
         }
 
-    def corrected(self, point: Mapping[str, float], mean: float) -> dict[str, float]:
-        """The setting moved along the surface's gradient by what its heaps miss, inside the box."""
+    def corrected(self, point: Mapping[str, float], mean: float) -> dict[str, float] | None:
+        """The setting moved along the surface's gradient by what its heaps miss; None where the box leaves no way."""
         found = self._refit_surface()
         factors = found.table.factors
         here = np.array([f.coded(point[f.name]) for f in factors])
         gradient = np.ravel(found.model.gradient(here))
-        there = np.clip(here + (self.plan.target - mean) * gradient / (gradient @ gradient), -1, 1)
+        miss = self.plan.target - mean
+        there = np.clip(here + miss * gradient / (gradient @ gradient), -1, 1)
+        if abs(gradient @ (there - here)) < LEAST_GAIN * abs(miss):
+            self.say(
+                f"  validation: {mean:.2f} deg is not the measured angle, but the box ends there: nothing is corrected"
+            )
+            return None
         self.say(f"  validation: {mean:.2f} deg is not the measured angle; the setting is corrected and validated anew")
         return {**point, **{f.name: float(f.physical(x)) for f, x in zip(factors, there, strict=True)}}
 
@@ -667,6 +712,9 @@ class Chain:
     def run(self, stages: Sequence[str] = STAGES) -> dict[str, dict]:
         """The stages named, in the paper's order; {stage: decision} of those done so far."""
         self.check_folders()
+        for before, stage in pairwise(STAGES):
+            if stage in stages and before not in stages:
+                self.decision(before)  # refuses where there is none
         for remark in self.plan.remarks:
             self.say(remark)
         for stage in STAGES:
@@ -675,6 +723,11 @@ class Chain:
                 decision = getattr(self, stage)()
                 self.say(f"  {stage}: {summary(stage, decision)}")
                 self.gather()
+                self.after(self, self.decided())
+        return self.decided()
+
+    def decided(self) -> dict[str, dict]:
+        """{stage: decision} of the stages done so far for this plan."""
         homes = {stage: home for stage in STAGES if (home := self.home(stage)) is not None}
         return {s: read_decision(home, s) for s, home in homes.items() if not self.differs(home, s)}
 
@@ -688,17 +741,18 @@ class Chain:
 
 
 # ------------------------------------------------------------------------------------------------------------ parts
-def table_of(runs: pd.DataFrame, factors: list[Factor], response: str = OBSERVABLE) -> DesignTable:
+def table_of(runs: pd.DataFrame, factors: list[Factor]) -> DesignTable:
     """The runs as a design table in the factors given, the angle under the name that figures show."""
     frame = runs[[f.name for f in factors] + [OBSERVABLE]].reset_index(drop=True)
-    return code_design(frame.rename(columns={OBSERVABLE: response}), factors, source="runs.csv")
+    return code_design(frame.rename(columns={OBSERVABLE: ANGLE}), factors, source="runs.csv")
 
 
-def surface_of(runs: pd.DataFrame, box: Mapping[str, Sequence[float]], units: Mapping[str, str], response=OBSERVABLE):
-    """The Box-Behnken surface of the last box ({factor: [low, high]}), of the runs there that gave an angle."""
-    last = runs[(runs["box"] == runs["box"].max()) & (runs["verdict"] == "ok")]
-    factors = [Factor(name, *levels, units.get(name, "-")) for name, levels in box.items()]
-    return box_behnken.analyse(table_of(last, factors, response))
+def surface_of(runs: pd.DataFrame, decision: Mapping, units: Mapping[str, str]):
+    """The Box-Behnken surface of the box that a decision chose, of the runs there that gave an angle."""
+    chosen = decision.get("chosen_box", runs["box"].max())
+    there = runs[(runs["box"] == chosen) & (runs["verdict"] == "ok")]
+    factors = [Factor(name, *levels, units.get(name, "-")) for name, levels in decision["box"].items()]
+    return box_behnken.analyse(table_of(there, factors))
 
 
 def read_decision(folder: Path, stage: str) -> dict:
@@ -829,30 +883,92 @@ def bond(plan: Plan, energy: float) -> float:
     return float(powder_scene.bond_number(energy * scale, radius, case["parameters"]["powder_density_kg_m3"]))
 
 
+def repeats_before(folder: Path) -> int | None:
+    """Heaps at each point in the stages that a folder has, None where it has none or they do not say."""
+    found = (read_decision(folder, s) for s in STAGES if (folder / s / "decision.json").exists())
+    return next((decision["repeats"] for decision in found if "repeats" in decision), None)
+
+
+def command(folder: Path) -> str:
+    """The call of `calibrate` that did what stands in a folder, with its options."""
+    words = f"pellet-study calibrate {folder.as_posix()}"
+    law = next(
+        (read_decision(folder, s).get("contact_law") for s in STAGES if (folder / s / "decision.json").exists()), None
+    )
+    if law not in (None, DEFAULT_LAW):
+        words += f" --contact-law {law}"
+    if (repeats := repeats_before(folder)) not in (None, FULL.repeats):
+        words += f" --repeats {repeats}"
+    return words
+
+
 def summary(stage: str, decision: Mapping) -> str:
     """One line of what a stage decided."""
+    lost = f", {decision['lost']} of them gave no angle" if decision.get("lost") else ""
     if stage == "screening":
-        lost = f", {decision['lost']} lost" if decision["lost"] else ""
-        return (
-            f"{decision['heaps']} heaps{lost}; beyond two standard errors: {', '.join(decision['clear']) or 'none'}; "
-            f"{', '.join(decision['factors'])} go on"
-        )
+        return f"{decision['heaps']} heaps{lost}; {selection(decision)}" + curvature(decision)
     if stage == "climb":
         centre = ", ".join(f"{k} {v:.3f}" for k, v in decision["centre"].items())
-        return f"{decision['heaps']} heaps; {'target met' if decision['reached'] else 'target not met'} near {centre}"
+        return f"{decision['heaps']} heaps{lost}; {'target met' if decision['reached'] else 'target not met'} near {centre}"
     if stage == "surface":
-        return f"{decision['heaps']} heaps in {len(decision['boxes'])} box(es), R2 {decision['r2']:.3f}"
+        boxes = len(decision["boxes"])
+        which = f"{boxes} boxes, the surface is that of number {decision['chosen_box'] + 1}" if boxes > 1 else "1 box"
+        return f"{decision['heaps']} heaps in {which}{lost}; R2 {decision['r2']:.3f}, predicted R2 {decision['r2_predicted']:.3f}"
     if stage == "optimum":
-        point = ", ".join(f"{k} {decision['point'][k]:.3f}" for k in decision["factors"])
-        return f"{point}; Bond number {decision['bond_number']:.2f}; {100 * decision['fraction_of_box']:.0f} % of the box would do"
+        would = f"{levels(decision)}; Bond number {decision['bond_number']:.2f}"
+        if decision["reachable"]:
+            return f"{would}; {100 * decision['fraction_of_box']:.0f} % of the box would do"
+        return (
+            f"the target is not reachable in this box: it gives {decision['lowest']:.1f} to {decision['highest']:.1f} deg; "
+            f"nearest {would}"
+        )
     low, high = decision["error_interval_percent"]
-    if decision["standard_error_deg"] <= FULL.wanted_error:
-        error = f"error {decision['error_percent']:.2f} % (95 % {low:+.2f} to {high:+.2f} %)"
-    else:  # no error smaller than these heaps can know
-        error = f"error at most {max(abs(low), abs(high)):.1f} % (95 %)"
+    error = f"error {decision['error_percent']:.2f} %"
+    if decision["standard_error_deg"] > FULL.wanted_error:  # no error smaller than these heaps can know
+        error = f"error at most {max(abs(low), abs(high)):.1f} %"
+    attempts, heaps = decision["attempts"], decision["heaps"]
+    over = (
+        f"{heaps - decision['lost']} of {heaps} heaps ({decision['lost']} gave no angle)"
+        if decision["lost"]
+        else f"{heaps} heaps"
+    )
+    words = (
+        f"{decision['mean_deg']:.2f} +- {decision['standard_error_deg']:.2f} deg over {over}; measured "
+        f"{decision['measured_deg']:g}: {error} (95 % {low:+.2f} to {high:+.2f} %); "
+        f"{'equivalent' if decision['equivalent'] else 'not shown equivalent'} within {decision['margin_deg']:g} deg"
+    )
+    if len(attempts) > 1:
+        gone = sum(one["lost"] for one in attempts)
+        words += f"; attempt {len(attempts)}, the setting corrected to {levels(decision)}; {sum(one['heaps'] for one in attempts)} "
+        words += "heaps in all" + (f", {gone} gave no angle" if gone else "")
+    return words + ("; not corrected, as the box ends there" if decision.get("box_ends") else "")
+
+
+def levels(decision: Mapping) -> str:
+    """The levels of a decision's point, with a word where one lies outside the range it was screened in."""
+    point, outside = decision["point"], decision.get("outside", {})
+    names = decision.get("factors", point)
+    return ", ".join(f"{k} {point[k]:.3f}" + (f" ({outside[k]})" if k in outside else "") for k in names)
+
+
+def selection(decision: Mapping) -> str:
+    """Which effects of a screening are clear, which factors go on, and why."""
+    clear, factors = decision["clear"], decision["factors"]
+    unclear = [name for name in factors if name not in clear]
+    left = [name for name in clear if name not in factors]
+    words = f"beyond two standard errors: {', '.join(clear) or 'none'}; the three largest effects go on: {', '.join(factors)}"
+    if unclear:
+        words += f", of which {', '.join(unclear)} {'is' if len(unclear) == 1 else 'are'} not clear"
+    if left:
+        words += f"; {', '.join(left)} {'is' if len(left) == 1 else 'are'} left out although clear"
+    return words
+
+
+def curvature(decision: Mapping) -> str:
+    """The centre points of a screening against its corners, in words; "" without centre points."""
+    if decision.get("curvature_deg") is None:
+        return ""
     return (
-        f"{decision['mean_deg']:.2f} +- {decision['standard_error_deg']:.2f} deg over {decision['heaps']} heaps, measured "
-        f"{decision['measured_deg']:g}: {error}; {'equivalent' if decision['equivalent'] else 'not shown equivalent'} "
-        f"within {decision['margin_deg']:g} deg"
-        + (f"; attempt {len(decision['attempts'])}" if len(decision["attempts"]) > 1 else "")
+        f"; curvature (centre points minus the others) {decision['curvature_deg']:+.2f} +- "
+        f"{decision['curvature_standard_error_deg']:.2f} deg"
     )

@@ -8,6 +8,7 @@ angle there. The line's slope has the screening's estimate as a prior, its scatt
 from dataclasses import dataclass
 
 import numpy as np
+import pandas as pd
 
 from pellet_study import rigs
 from pellet_study.doe import plackett_burman
@@ -30,6 +31,10 @@ class Line:
     def meets(self, target: float) -> float:
         """Where on the path the line meets an angle."""
         return float((target - self.estimates[0]) / self.estimates[1])
+
+    def at(self, t: float) -> float:
+        """The angle at t, deg."""
+        return float(self.estimates @ [1, t])
 
     def error(self, t: float) -> float:
         """Standard error of the angle at t, deg."""
@@ -63,18 +68,21 @@ def calibrate(chain: Chain, wanted_error: float = WANTED_ERROR) -> dict:
 
     Returns
     -------
-    `point`, `predicted_deg`, `standard_error_deg`, `heaps` (all), `path_heaps`, `lost`, `factors`, `slope_deg`, `met`
-    (False where the path ends before the target)
+    `point`, `place` (on the path), `predicted_deg`, `standard_error_deg`, `wanted_error_deg`, `heaps` (all), `path_heaps`,
+    `lost`, `factors`, `outside` (as `Plan.outside`), `slope_deg`, `met` (False where the path ends before the target),
+    `enough` (False where `MOST` heaps do not give the wanted error)
     """
     plan = chain.plan
+    chain.say(f"screening: {plackett_burman.coded_matrix(len(plan.factors), centre_points=0).shape[0]} heaps ...")
     coded = plackett_burman.coded_matrix(len(plan.factors), centre_points=0)
     points = [{f.name: float(f.physical(x)) for f, x in zip(plan.factors, row, strict=True)} for row in coded]
     screened = chain.heaps("screening", points)
-    chain.write("path", "screening", screened)
+    chain.write("path", "runs", screened)
     good = chain.good(screened, "screening", len(plan.factors) + 2)
     found = plackett_burman.analyse(table_of(good, plan.factors))
     slopes, errors = found.model.coefficients, found.model.standard_errors
     names = sorted((n for n in found.effects if n not in plan.idle), key=lambda n: -abs(slopes[n]))[:3]
+    chain.say(f"path: the three largest effects are those of {', '.join(sorted(names))}; {FEWEST} to {MOST} heaps ...")
     factors = [f for f in plan.factors if f.name in names]
     uphill = np.array([slopes[f.name] for f in factors])
     uphill /= np.abs(uphill).max()
@@ -88,21 +96,29 @@ def calibrate(chain: Chain, wanted_error: float = WANTED_ERROR) -> dict:
         places += [t] * BATCH
         points = [{f.name: float(f.physical(p * u)) for f, u in zip(factors, uphill, strict=True)} for p in places]
         runs = chain.heaps("climb", points, first=FIRST_SEED)
-        chain.write("path", "runs", runs.assign(place=places))
+        chain.write("path", "runs", pd.concat([screened, runs.assign(stage="path", place=places)], ignore_index=True))
         kept = (runs["verdict"] == "ok").to_numpy()
         if kept.sum() >= 2:
             fitted = line(np.array(places)[kept], runs.loc[kept, OBSERVABLE], slope, slope_error, scatter, freedom)
             t = float(np.clip(fitted.meets(plan.target), low, high))
+            chain.say(
+                f"  {len(places)} heaps: {fitted.at(t):.2f} +- {fitted.error(t):.2f} deg at the best place so far"
+            )
             if (kept.sum() >= FEWEST and fitted.error(t) <= wanted_error) or len(places) >= MOST:
                 break
         elif len(places) >= FEWEST:
             chain.good(runs, "path", 2)  # says why
     middle = {f.name: f.centre for f in plan.factors}
+    point = middle | {f.name: float(f.physical(t * u)) for f, u in zip(factors, uphill, strict=True)}
     decision = {
-        "point": middle | {f.name: float(f.physical(t * u)) for f, u in zip(factors, uphill, strict=True)},
+        "point": point,
         "factors": [f.name for f in factors],
-        "predicted_deg": float(fitted.estimates @ [1, t]),
+        "outside": plan.outside(point),
+        "place": t,
+        "predicted_deg": fitted.at(t),
         "standard_error_deg": fitted.error(t),
+        "wanted_error_deg": wanted_error,
+        "enough": fitted.error(t) <= wanted_error,
         "scatter_deg": fitted.scatter,
         "slope_deg": float(fitted.estimates[1]),
         "met": bool(low < t < high),

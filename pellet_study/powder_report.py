@@ -8,7 +8,7 @@ import pandas as pd
 from pellet_study import powder_stages, render, rigs
 from pellet_study.doe import figures
 from pellet_study.doe.answers import plain
-from pellet_study.powder_chain import NAMES, RIG, STAGES, Chain, Plan, summary
+from pellet_study.powder_chain import NAMES, RIG, STAGES, Chain, Plan, levels, summary
 
 
 def answer(decisions: dict[str, dict]) -> dict:
@@ -29,18 +29,33 @@ def path_answer(decision: dict) -> dict:
 
 def text_of_path(plan: Plan, decision: dict) -> str:
     """A calibration in few heaps in words."""
-    point = ", ".join(f"{name} {decision['point'][name]:.3f}" for name in decision["factors"])
-    lost = f", {decision['lost']} lost" if decision["lost"] else ""
+    lost = f", {decision['lost']} of them gave no angle" if decision["lost"] else ""
     lines = [
         f"Powder calibration in few heaps, contact law {plan.contact_law}, target {plan.target:g} deg",
-        f"{point}: {decision['predicted_deg']:.2f} +- {decision['standard_error_deg']:.2f} deg by a straight line through "
+        f"{levels(decision)}: {decision['predicted_deg']:.2f} +- {decision['standard_error_deg']:.2f} deg by a straight line through "
         f"{decision['path_heaps']} heaps on the path ({decision['heaps']} in all{lost})",
     ]
     lines += plan.remarks
+    if not decision["enough"]:
+        lines.append(
+            f"stopped at the most heaps it takes on the path, {decision['path_heaps']}: the standard error is above the "
+            f"{decision['wanted_error_deg']:g} deg wanted"
+        )
     if not decision["met"]:
         lines.append("the path ends before it meets the target: this is its nearest point")
     lines.append("nothing is validated by heaps of its own here; `calibrate` without --few does that")
     return "\n".join(lines)
+
+
+def write_path(chain: Chain, decision: dict) -> str:
+    """Draw the path of a calibration in few heaps, write its summary; returns it."""
+    folder = chain.folder / "path"
+    runs = pd.read_csv(folder / "runs.csv")
+    path = runs[(runs["stage"] == "path") & (runs["verdict"] == "ok")]
+    figures.save({"path": powder_stages.path(path, decision, (chain.plan.target, chain.plan.sd))}, folder)
+    text = text_of_path(chain.plan, decision)
+    (folder / "summary.txt").write_text(text + "\n", encoding="utf-8")
+    return text + f"\n\nresults in {folder}"
 
 
 def write(chain: Chain, decisions: dict[str, dict]) -> str:
@@ -64,6 +79,11 @@ def write(chain: Chain, decisions: dict[str, dict]) -> str:
         figures.save(pictures, chain.folder / stage)
     if chain.grains.exists() and chain.done("validation"):
         draw_heap(chain.grains, chain.folder / "figures")
+    return write_summary(chain, decisions) + f"\n\nresults in {chain.folder}"
+
+
+def write_summary(chain: Chain, decisions: dict[str, dict]) -> str:
+    """Write summary.txt, and laws.csv where both contact laws have an answer; returns the summary."""
     text = text_of(chain, decisions)
     both = laws(chain)
     if both is None:
@@ -72,7 +92,7 @@ def write(chain: Chain, decisions: dict[str, dict]) -> str:
         both.to_csv(chain.folder / "laws.csv", index=False, lineterminator="\n")
         text += "\n\nboth contact laws, effects in deg:\n" + both.to_string(index=False, na_rep="")
     (chain.folder / "summary.txt").write_text(text + "\n", encoding="utf-8")
-    return text + f"\n\nresults in {chain.folder}"
+    return text
 
 
 def text_of(chain: Chain, decisions: dict[str, dict]) -> str:

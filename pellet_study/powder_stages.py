@@ -14,10 +14,21 @@ from pellet_study.errors import InputError
 from pellet_study.look import LIGHT, MEASURED, MODEL, styled
 from pellet_study.pages import number, probability
 from pellet_study.parts import picture, table
-from pellet_study.powder_chain import NAMES, OBSERVABLE, SYMBOLS, differences, read_decision, surface_of, table_of
+from pellet_study.powder_chain import (
+    NAMES,
+    OBSERVABLE,
+    SYMBOLS,
+    command,
+    curvature,
+    differences,
+    levels,
+    read_decision,
+    selection,
+    surface_of,
+    table_of,
+)
 
 UNITS = {"G": "J/m²"}
-ANGLE = "repose angle"
 
 
 def powder(folder: Path, measured: tuple[float, float | None] | None) -> list[dict]:
@@ -49,7 +60,7 @@ def powder(folder: Path, measured: tuple[float, float | None] | None) -> list[di
                 other.append(f"target_deg {plan['target_deg']:g} there, {measured[0]:g} in the study now")
             if other:
                 part["words"].append(
-                    f"This stage was decided for another plan ({'; '.join(other)}): run `pellet-study calibrate {folder}` again."
+                    f"This stage was decided for another plan ({'; '.join(other)}): run `{command(folder)}` again."
                 )
             found.append(part)
         except (OSError, ValueError, KeyError, TypeError, IndexError) as error:
@@ -76,7 +87,7 @@ def _screening(folder: Path, measured) -> dict:
     decision = read_decision(folder, "screening")
     names = [name for name in SYMBOLS if name in good]
     factors = [Factor(n, float(good[n].min()), float(good[n].max()), UNITS.get(n, "-")) for n in names]
-    found = plackett_burman.analyse(table_of(good, factors, ANGLE))
+    found = plackett_burman.analyse(table_of(good, factors))
     errors = found.model.standard_errors
     rows = [
         [
@@ -97,7 +108,7 @@ def _screening(folder: Path, measured) -> dict:
             row += [f"{beside.loc[row[0], 'paper_effect_deg']:+.2f}", beside.loc[row[0], "sign"]]
     return {
         "heading": "Powder: screening",
-        "words": [f"Plackett-Burman with centre points: {words} {', '.join(decision['factors'])} go on."],
+        "words": [f"Plackett-Burman with centre points: {words} Effects {selection(decision)}{curvature(decision)}."],
         "pictures": [
             picture(
                 figures.pareto(found, "deg"),
@@ -138,7 +149,7 @@ def _climb(folder: Path, measured) -> dict:
 def climb(runs: pd.DataFrame, names: list[str], measured: tuple[float, float | None] | None):
     """Angles of the heaps along a path in several factors, the measured angle beside."""
     at = runs.groupby(names).ngroup() + 1
-    figure, axes = look.new_axes(6.0, 4.0)
+    figure, axes = look.new_axes(max(6.0, 0.8 + 0.72 * at.nunique()), 4.0)
     axes.errorbar(
         at, runs[OBSERVABLE], runs["direction_error_deg"], fmt="o", color=MODEL, capsize=3, label="simulated heap"
     )
@@ -148,33 +159,64 @@ def climb(runs: pd.DataFrame, names: list[str], measured: tuple[float, float | N
     if measured:
         value, sd = measured
         if sd:
-            axes.axhspan(value - sd, value + sd, color=LIGHT, alpha=0.5, zorder=0)
+            axes.axhspan(value - sd, value + sd, color=LIGHT, alpha=0.5, zorder=0, label=f"±{sd:g} deg, its sd")
         axes.axhline(value, color=MEASURED, linestyle="--", label=f"measured {value:g} deg")
     points = runs.drop_duplicates(names).sort_values(names)
-    axes.set_xticks(mean.index, ["\n".join(f"{n} {row[n]:.4g}" for n in names) for _, row in points.iterrows()])
+    axes.set_xticks(mean.index, ["\n".join(f"{n} {row[n]:.3g}" for n in names) for _, row in points.iterrows()])
     axes.set_xlabel(f"point of the path (levels of {', '.join(names)})")
     axes.set_ylabel("repose angle (deg)")
     axes.legend()
     return figure
 
 
+@styled
+def path(runs: pd.DataFrame, decision: dict, measured: tuple[float, float]):
+    """Angles of the heaps of a calibration in few heaps against their place on the path, with the line and what was found."""
+    value, sd = measured
+    figure, axes = look.new_axes(6.0, 4.0)
+    axes.errorbar(
+        runs["place"],
+        runs[OBSERVABLE],
+        runs["direction_error_deg"],
+        fmt="o",
+        color=MODEL,
+        capsize=3,
+        label="simulated heap",
+    )
+    t = decision["place"]
+    ends = np.array([min(runs["place"].min(), t), max(runs["place"].max(), t)]) + [-0.1, 0.1]
+    axes.plot(
+        ends, decision["predicted_deg"] + decision["slope_deg"] * (ends - t), color="black", label="straight line"
+    )
+    axes.axhspan(value - sd, value + sd, color=LIGHT, alpha=0.5, zorder=0, label=f"±{sd:g} deg, its sd")
+    axes.axhline(value, color=MEASURED, linestyle="--", label=f"measured {value:g} deg")
+    name = "setting found" if decision["met"] else "nearest setting"
+    axes.plot(t, decision["predicted_deg"], "*", color="white", markeredgecolor="black", markersize=14, label=name)
+    axes.set_xlabel(f"place on the path of {', '.join(decision['factors'])} (-1 to 1: the box of the screening)")
+    axes.set_ylabel("repose angle (deg)")
+    figure.legend(loc="outside lower center", ncols=3)
+    return figure
+
+
 def _surface(folder: Path, measured) -> dict:
     good, words = _good(folder, "surface")
     decision = read_decision(folder, "surface")
-    found = surface_of(good, decision["box"], UNITS, ANGLE)
+    found = surface_of(good, decision, UNITS)
     factors = found.table.factors
     target = optimum.target_set(found, measured[0], measured[1] or 0.0) if measured else None
     lines = [
         f"Box-Behnken: {words} R² {found.r2:.4f}, predicted {found.r2_predicted:.4f}; lack of fit p {probability(found.lack_of_fit_p)}."
     ]
     if target is not None and target.reachable:
-        point = ", ".join(f"{name} {value:.4g}" for name, value in target.physical.items())
         lines.append(
-            f"{100 * target.fraction:.1f} % of the box meets {measured[0]:g} deg within its scatter; recommended: {point} "
-            f"({target.rule_in_words})."
+            f"{100 * target.fraction:.1f} % of the box meets {measured[0]:g} deg within its scatter; recommended "
+            f"({target.rule_in_words}): {_setting(folder, target)}."
         )
     elif target is not None:
-        lines.append(f"The box gives {target.lowest:.1f} to {target.highest:.1f} deg, not {measured[0]:g}.")
+        lines.append(
+            f"{measured[0]:g} deg is not reachable in this box: it gives {target.lowest:.1f} to {target.highest:.1f} deg; "
+            f"nearest: {_setting(folder, target)}."
+        )
     rows = [
         [term, f"{value:+.4g}", number(found.model.standard_errors.get(term), 2)]
         for term, value in found.coefficients.items()
@@ -187,8 +229,8 @@ def _surface(folder: Path, measured) -> dict:
                 picture(
                     figures.surface_contours(found, target, "deg", [pair]),
                     f"response surface of {factors[pair[0]].name} and {factors[pair[1]].name} with the measured angle",
-                    "Black: where the surface meets the measured angle; hatched: within its scatter; star: recommended. "
-                    "The factor that is not shown stays at the recommended point.",
+                    "Black: where the surface meets the measured angle; hatched: within its scatter; star: the setting named "
+                    "above. The factor that is not shown stays there.",
                 )
                 for pair in combinations(range(len(factors)), 2)
             ),
@@ -202,6 +244,13 @@ def _surface(folder: Path, measured) -> dict:
     }
 
 
+def _setting(folder: Path, target) -> str:
+    """The setting of a surface, with a word where it lies outside the range of the screening."""
+    file = folder / "optimum" / "decision.json"
+    outside = read_decision(folder, "optimum").get("outside", {}) if file.exists() else {}
+    return levels({"point": target.physical, "factors": list(target.physical), "outside": outside})
+
+
 def _validation(folder: Path, measured) -> dict:
     d = read_decision(folder, "validation")
     attempts = d.get("attempts", [d])
@@ -210,14 +259,16 @@ def _validation(folder: Path, measured) -> dict:
         good = good[good["attempt"] == good["attempt"].max()]
         words = (
             f"{words} The first setting gave {attempts[0]['mean_deg']:.2f} ± {attempts[0]['standard_error_deg']:.2f} deg and was "
-            f"corrected; the {attempts[-1]['heaps']} heaps with other seeds at the corrected one count."
+            f"corrected to {levels(d)}; the {attempts[-1]['heaps']} heaps with other seeds there count."
         )
+    if d.get("box_ends"):
+        words += " The setting is not corrected, as the box ends there."
     low, high = d["error_interval_percent"]
     return {
         "heading": "Powder: validation",
         "words": [
-            f"At the recommended point with seeds nobody has used: {words} Mean {d['mean_deg']:.2f} ± "
-            f"{d['standard_error_deg']:.2f} deg, measured {d['measured_deg']:g}: error {d['error_percent']:.2f} % "
+            f"At the setting found, with seeds nobody has used: {words} Mean {d['mean_deg']:.2f} ± "
+            f"{d['standard_error_deg']:.2f} deg over the {len(good)} heaps there that gave an angle, measured {d['measured_deg']:g}: error {d['error_percent']:.2f} % "
             f"(95 % {low:+.2f} to {high:+.2f} %); {'equivalent' if d['equivalent'] else 'not shown equivalent'} within "
             f"{d['margin_deg']:g} deg, stated beforehand (two one-sided tests, p {probability(d['p_tost'])})."
         ],

@@ -158,7 +158,10 @@ def _shadow(centres, radii, plate, camera, low, scale, shape) -> np.ndarray:
 
 @styled
 def profile(centres, radii):
-    """A heap's outline from one side with the lines through both flanks, as the source paper's Figures 9 and 10."""
+    """A heap's outline from one side with the lines through both flanks, as the source paper's Figures 9 and 10.
+
+    The title gives the heap's angle, the mean over all directions.
+    """
     x, height = heap.silhouette(centres, radii, 0.0)
     flanks = heap.fit_flanks(x, height)
     shown, sizes = without_strays(centres, radii)
@@ -176,6 +179,11 @@ def profile(centres, radii):
         )
     axes.set_xlim(*ends)
     axes.set_aspect("equal")
+    whole = heap.repose_angle(centres, radii)
+    axes.set_title(
+        f"seen from one of {len(whole.directions_deg)} directions: {flanks.angle_deg:.2f} deg; "
+        f"the heap, their mean: {whole.mean_deg:.2f} ± {whole.standard_error_deg:.2f} deg"
+    )
     axes.set_xlabel("place (mm)")
     axes.set_ylabel("height above the plate (mm)")
     figure.legend(loc="outside lower center", ncols=3)

@@ -460,7 +460,7 @@ def _repeat(folder: Path) -> dict:
             (
                 "powder calibration",
                 ("runs.csv", *(f"{stage}/decision.json" for stage in powder_chain.STAGES)),
-                f"calibrate {place}",
+                powder_chain.command(folder).removeprefix("pellet-study "),
             ),
             ("seed bench tests", ("calibration.csv",), f"bench {place}"),
         )

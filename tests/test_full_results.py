@@ -18,6 +18,7 @@ if not (FULL / "runs.csv").exists():
 RUNS = pd.read_csv(FULL / "runs.csv", dtype=str)
 NUMBERS = [name for name in (*SYMBOLS, "seed", "repose_angle_deg", "box") if name in RUNS]
 RUNS[NUMBERS] = RUNS[NUMBERS].map(float)  # to the last digit
+STAGES_DONE = [s for s in powder_chain.STAGES if (FULL / s / "decision.json").exists()]
 VERSION = "2023.02a"  # of the YADE that made them
 
 
@@ -52,6 +53,39 @@ def test_the_surface_refitted_gives_the_committed_coefficients():
     found = box_behnken.analyse(table_of(last, factors)).model.coefficients
     for term, value in found.items():
         assert value == pytest.approx(committed[term], abs=1e-9)
+
+
+class Committed:
+    """Stands for dispatch.run: the committed heap of each case, by its seed; the case must be the one that was simulated."""
+
+    def run(self, cases, store, *, workers=None, quiet=False):
+        rows = []
+        for case in cases:
+            row = RUNS[RUNS["seed"] == case["seed"]].iloc[0]
+            assert [case["parameters"][SYMBOLS[n]] for n in SYMBOLS] == pytest.approx(
+                [row[n] for n in SYMBOLS], abs=1e-9
+            )
+            names = ("repose_angle_deg", "direction_error_deg", "bond_number", "id")
+            rows.append({name: row[name] for name in names} | {"status": row["verdict"]})
+        return pd.DataFrame(rows)
+
+
+@pytest.mark.skipif(len(STAGES_DONE) < len(powder_chain.STAGES), reason="the chain is not done yet")
+def test_the_chain_on_the_committed_heaps_asks_for_these_and_decides_the_same(tmp_path, monkeypatch):
+    monkeypatch.setattr(powder_chain, "dispatch", Committed())
+    plan = powder_chain.plan_of(study.load(FULL))
+    found = powder_chain.Chain(plan, tmp_path, tmp_path / ".store", say=lambda line: None).run()
+    assert set(pd.read_csv(tmp_path / "runs.csv")["seed"]) == set(RUNS["seed"])
+    committed = {stage: json.loads((FULL / stage / "decision.json").read_text()) for stage in STAGES_DONE}
+    assert found["screening"]["factors"] == committed["screening"]["factors"]
+    for stage, name in (("climb", "centre"), ("climb", "box"), ("surface", "box"), ("optimum", "point")):
+        for factor, level in committed[stage][name].items():
+            assert found[stage][name][factor] == pytest.approx(level, rel=1e-6), (stage, factor)
+    attempts, before = found["validation"]["attempts"], committed["validation"]["attempts"]
+    assert [one["heaps"] for one in attempts] == [one["heaps"] for one in before]
+    for one, other in zip(attempts, before, strict=True):
+        assert one["point"] == pytest.approx(other["point"], rel=1e-6)
+        assert one["mean_deg"] == pytest.approx(other["mean_deg"], abs=1e-9)
 
 
 @pytest.mark.skipif(yade.version() != VERSION, reason=f"the committed heaps are those of YADE {VERSION}")

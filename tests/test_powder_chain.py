@@ -141,8 +141,139 @@ def test_a_target_outside_the_box_moves_it_and_is_met_by_no_extrapolation(powder
 def test_a_target_out_of_reach_is_said(powder, monkeypatch):
     decisions = chain_of(powder, Formula(level=5.0, slopes={"C": 0.5, "G": 0.4, "B": -0.3}), monkeypatch).run()
     assert not decisions["climb"]["reached"]
-    assert not decisions["optimum"]["reachable"]
-    assert not decisions["validation"]["equivalent"]
+    optimum, validation = decisions["optimum"], decisions["validation"]
+    assert not optimum["reachable"]
+    assert not validation["equivalent"]
+    line = powder_chain.summary("optimum", optimum)
+    assert (
+        f"not reachable in this box: it gives {optimum['lowest']:.1f} to {optimum['highest']:.1f} deg; nearest" in line
+    )
+    assert "would do" not in line
+
+
+def test_where_the_box_ends_nothing_is_corrected_and_no_heap_is_wasted(powder, monkeypatch):
+    stub = Formula(level=5.0, slopes={"C": 0.5, "G": 0.4, "B": -0.3})
+    said = []
+    chain = chain_of(powder, stub, monkeypatch)
+    chain.say = said.append
+    decisions = chain.run()
+    found = decisions["validation"]
+    assert found["box_ends"] and len(found["attempts"]) == 1
+    assert {seed for seed in stub.asked if seed >= 50_000} == set(range(50_000, 50_000 + found["heaps"]))
+    assert not any("corrected and validated" in line for line in said)
+    text = powder_report.write(chain, decisions)
+    assert "not corrected, as the box ends there" in text and "the setting corrected" not in text
+    (words,) = (
+        part["words"] for part in powder_stages.powder(powder, (41.69, 0.79)) if "validation" in part["heading"]
+    )
+    assert "not corrected, as the box ends there" in words[0] and "was corrected" not in words[0]
+    (surface,) = (p["words"] for p in powder_stages.powder(powder, (41.69, 0.79)) if "surface" in p["heading"])
+    assert "is not reachable in this box" in surface[1] and "recommended" not in surface[1]
+
+
+class Sinking(Formula):
+    """The heaps of the boxes after the first, known by their seeds, lie lower: moving the box led away from the target."""
+
+    def run(self, cases, store, **options):
+        rows = super().run(cases, store, **options)
+        later = np.array([31_000 <= case["seed"] < 40_000 for case in cases])
+        rows["repose_angle_deg"] -= 5.0 * later
+        return rows
+
+
+def test_of_boxes_that_all_miss_the_nearest_counts(powder, monkeypatch):
+    measured(powder, 45.0)
+    chain = chain_of(powder, Sinking(level=30.0, slopes={"B": -0.3, "C": 0.5, "G": 0.4}, noise=0.1), monkeypatch)
+    decisions = chain.run(powder_chain.STAGES[:4])
+    surface = decisions["surface"]
+    assert len(surface["boxes"]) == powder_chain.MOVES
+    assert surface["chosen_box"] == 0
+    assert surface["box"] == surface["boxes"][surface["chosen_box"]] == decisions["optimum"]["box"]
+    design = pd.read_csv(powder / "surface" / "design.csv")
+    low, high = surface["box"]["C"]
+    assert design["C"].between(low - 1e-9, high + 1e-9).all()
+    assert decisions["optimum"]["highest"] > 30  # that of the first box's surface
+    line = powder_chain.summary("surface", surface)
+    assert "3 boxes, the surface is that of number 1" in line and "predicted R2" in line
+
+
+def test_levels_beyond_the_study_are_said(powder, monkeypatch):
+    decisions = chain_of(powder, Formula(level=31.5), monkeypatch).run()
+    optimum = decisions["optimum"]
+    assert optimum["outside"]
+    for name in optimum["outside"]:
+        assert f"{name} {optimum['point'][name]:.3f} (outside the range" in powder_chain.summary("optimum", optimum)
+    words = " ".join(line for part in powder_stages.powder(powder, (41.69, 0.79)) for line in part["words"])
+    assert "(outside the range" in words
+
+
+def test_lost_heaps_of_every_stage_are_counted(powder, monkeypatch):
+    decisions = chain_of(powder, Formula(jammed={10_002, 20_001, 30_001, 50_002}), monkeypatch).run()
+    for stage in ("screening", "climb", "surface"):
+        assert "1 of them gave no angle" in powder_chain.summary(stage, decisions[stage])
+    heaps = decisions["validation"]["heaps"]
+    line = powder_chain.summary("validation", decisions["validation"])
+    assert f"deg over {heaps - 1} of {heaps} heaps (1 gave no angle)" in line
+
+
+def test_the_rule_of_the_screening_is_said():
+    decision = {"factors": ["B", "C", "G"], "clear": ["C", "D", "G"], "heaps": 41, "lost": 0}
+    decision |= {"curvature_deg": -1.25, "curvature_standard_error_deg": 0.5}
+    line = powder_chain.summary("screening", decision)
+    assert (
+        "beyond two standard errors: C, D, G; the three largest effects go on: B, C, G, of which B is not clear" in line
+    )
+    assert "D is left out although clear" in line
+    assert "-1.25 +- 0.50 deg" in line
+
+
+def test_the_curvature_of_the_screening_is_that_of_its_heaps(powder, monkeypatch):
+    decision = chain_of(powder, Formula(), monkeypatch).run(["screening"])["screening"]
+    runs = pd.read_csv(powder / "screening" / "runs.csv")
+    centre = (runs["A"] == 0.15) & (runs["G"] == 0.2)
+    angles = runs["repose_angle_deg"]
+    assert decision["curvature_deg"] == pytest.approx(angles[centre].mean() - angles[~centre].mean(), abs=1e-9)
+    assert decision["curvature_standard_error_deg"] == pytest.approx(
+        0.4 * (1 / 5 + 1 / 36) ** 0.5, rel=0.4
+    )  # noise 0.4
+
+
+def test_the_summary_stands_after_every_stage(powder, monkeypatch, capsys):
+    class Interrupted(Formula):
+        def run(self, cases, store, **options):
+            if cases[0]["seed"] >= 30_000:
+                raise KeyboardInterrupt
+            return super().run(cases, store, **options)
+
+    monkeypatch.setattr(powder_chain, "dispatch", Interrupted())
+    assert main(["calibrate", str(powder)]) == 130
+    text = (powder / "summary.txt").read_text()
+    assert "climb       18 heaps" in text and "surface     not done yet" in text
+
+
+def test_a_stage_before_its_time_is_refused_before_it_is_announced(powder, monkeypatch, capsys):
+    monkeypatch.setattr(powder_chain, "dispatch", Formula())
+    assert main(["calibrate", str(powder), "--only", "surface"]) == 2
+    told = capsys.readouterr()
+    assert told.out == "" and "climb was not run yet" in told.err
+
+
+@pytest.mark.parametrize("workers", ("0", "-2"))
+def test_less_than_one_worker_is_refused(powder, monkeypatch, capsys, workers):
+    stub = Formula()
+    monkeypatch.setattr(powder_chain, "dispatch", stub)
+    assert main(["calibrate", str(powder), "--workers", workers]) == 2
+    assert f"--workers {workers}: expected at least one" in capsys.readouterr().err
+    assert stub.asked == []
+
+
+def test_results_that_cannot_be_written_are_refused_with_the_option(powder, monkeypatch, capsys):
+    stub = Formula()
+    monkeypatch.setattr(powder_chain, "dispatch", stub)
+    for place in ("/proc/foo", powder / "measurements.csv", powder / "measurements.csv" / "below"):
+        assert main(["calibrate", str(powder), "--results", str(place)]) == 2
+        assert f"--results {place}: cannot be made" in capsys.readouterr().err
+    assert stub.asked == []
 
 
 def test_the_margin_is_declared_before_and_not_changed_after(powder, monkeypatch):
@@ -194,6 +325,23 @@ def test_repeats_are_heaps_at_the_same_points(powder, monkeypatch, capsys):
     assert "at least one" in capsys.readouterr().err
 
 
+def test_repeats_hold_in_their_folder_until_others_are_given(powder, tmp_path, monkeypatch, capsys):
+    monkeypatch.setattr(powder_chain, "dispatch", Formula())
+    assert main(["calibrate", str(powder), "--until", "screening", "--repeats", "1"]) == 0
+    assert powder_chain.command(powder) == f"pellet-study calibrate {powder} --repeats 1"
+    assert "as before" not in capsys.readouterr().out
+    assert main(["calibrate", str(powder), "--until", "climb"]) == 0
+    assert f"heaps at each point: 1, as before in {powder}; --repeats 3 for 3" in capsys.readouterr().out
+    assert len(pd.read_csv(powder / "climb" / "runs.csv")) == powder_chain.CLIMB_POINTS
+    assert main(["calibrate", str(powder), "--until", "climb", "--repeats", "3"]) == 0
+    assert len(pd.read_csv(powder / "climb" / "runs.csv")) == 3 * powder_chain.CLIMB_POINTS
+    assert powder_chain.command(powder) == f"pellet-study calibrate {powder}"
+    other = tmp_path / "hertz"
+    words = ["calibrate", str(powder), "--results", str(other), "--contact-law", "hertz_mindlin", "--repeats", "2"]
+    assert main([*words, "--until", "screening"]) == 0
+    assert powder_chain.command(other) == f"pellet-study calibrate {other} --contact-law hertz_mindlin --repeats 2"
+
+
 def test_few_heaps_find_the_setting_within_their_error(powder, monkeypatch, capsys):
     misses = []
     for noise_seed in range(12):
@@ -207,8 +355,24 @@ def test_few_heaps_find_the_setting_within_their_error(powder, monkeypatch, caps
         misses.append((true - 41.69) / found["standard_error_deg"])
     assert 0.4 < np.sqrt(np.mean(np.square(misses))) < 1.7  # standard errors; 1 expected, 12 draws
     assert main(["calibrate", str(powder), "--few"]) == 0
-    assert "straight line through" in capsys.readouterr().out
+    told = capsys.readouterr().out
+    assert "straight line through" in told and "most heaps" not in told
+    assert "screening: 12 heaps" in told and "  10 heaps: " in told  # while it works
+    assert (powder / "path" / "summary.txt").read_text().strip() in told
+    runs = pd.read_csv(powder / "path" / "runs.csv")
+    assert set(runs["stage"]) == {"screening", "path"} and runs["seed"].is_unique
+    assert (powder / "path" / "path.png").stat().st_size > 5000
     assert main(["calibrate", str(powder), "--few", "--until", "climb"]) == 2
+
+
+def test_few_heaps_that_are_too_few_for_the_wanted_error_are_said(powder, monkeypatch, capsys):
+    monkeypatch.setattr(powder_chain, "dispatch", Formula(noise=5.0))
+    assert main(["calibrate", str(powder), "--few"]) == 0
+    decision = json.loads((powder / "path" / "decision.json").read_text())
+    assert decision["path_heaps"] == powder_path.MOST and not decision["enough"]
+    assert (
+        "most heaps it takes on the path, 60: the standard error is above the 0.3 deg wanted" in capsys.readouterr().out
+    )
 
 
 def test_few_heaps_say_where_the_path_ends(powder, monkeypatch):

@@ -108,6 +108,24 @@ def test_means_of_several_readings_without_sd_give_that_of_a_reading(plan):
         plan("", rows("40,,", "40,,"))
 
 
+@pytest.mark.parametrize("angle", ("0", "-12", "90", "1e3"))
+def test_an_angle_that_no_heap_has_is_refused(plan, angle):
+    with pytest.raises(InputError, match="above 0 and below 90"):
+        plan("", rows(f"{angle},1,5"))
+
+
+def test_levels_outside_the_screening_are_named_with_whose_range_it_is(plan):
+    found = plan("[parameters]\npowder_static_friction = { min = 0.5, max = 0.8 }\n")
+    middle = {f.name: f.centre for f in found.factors}
+    assert found.outside(middle) == {}
+    assert found.outside(middle | {"B": 0.8, "C": 0.25}) == {}  # the ends belong to it
+    told = found.outside(middle | {"B": 0.81, "C": 0.2})
+    assert told == {
+        "B": "outside the range 0.5 to 0.8 of study.toml",
+        "C": "outside the range 0.25 to 0.45 of the source paper's Table 6",
+    }
+
+
 def test_stated_sds_are_pooled_and_stand_for_a_blank_one(plan):
     found = plan("", rows("40,0.6,4", "40.2,0.8,4", "40.1,,4"))
     assert found.sd == pytest.approx(0.5**0.5) and found.n == 12  # mean of 0.36 and 0.64

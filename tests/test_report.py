@@ -155,7 +155,7 @@ def chain_folder(study: Path) -> Path:
 
     printed = paper.table(7).drop(columns="No.")
     runs = pd.DataFrame({f.name: f.physical(printed[f.name]) for f in ranges})
-    leave("screening", runs.assign(repose_angle_deg=printed.iloc[:, -1]), {"factors": ["B", "C", "G"]})
+    leave("screening", runs.assign(repose_angle_deg=printed.iloc[:, -1]), {"factors": ["B", "C", "G"], "clear": ["C"]})
     path = results.climb()[0]
     centre = {"B": 0.86, "C": 0.29, "G": 0.14}
     leave(

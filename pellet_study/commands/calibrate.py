@@ -1,7 +1,9 @@
 """`pellet-study calibrate`: the source paper's powder calibration on the repose rig, stage by stage."""
 
 import argparse
+import os
 from dataclasses import replace
+from functools import partial
 from pathlib import Path
 
 from pellet_study.errors import InputError
@@ -21,7 +23,8 @@ Stages: screening (Plackett-Burman), climb, surface (Box-Behnken), optimum, vali
 and decision in STUDY/STAGE; runs.csv has a row a heap. Finished heaps are kept in STUDY/.store: called again, nothing is
 simulated twice. --until stops after a stage; --only does one stage again with the decisions that stand in the files. A
 decision is used only for what it was made for: after a change of study.toml or of the measured angle do the whole chain
-again. The two contact laws need a --results folder each.
+again. --repeats is kept in the folder of the results and holds there until another is given. The two contact laws need a
+--results folder each.
 
 example:
   pellet-study calibrate results/full --until screening && pellet-study calibrate results/full --json answer.json
@@ -43,7 +46,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--results", metavar="FOLDER", type=Path, help="where the results go (the study itself); made where missing"
     )
     parser.add_argument(
-        "--repeats", type=int, metavar="N", help="heaps at each point of the designs and of the climb (3; --quick 1)"
+        "--repeats",
+        type=int,
+        metavar="N",
+        help="heaps at each point of the designs and of the climb (as before in the folder "
+        "of the results, else 3; --quick 1)",
     )
     parser.add_argument("--workers", type=int, metavar="N", help="YADE processes at once (one a core)")
     parser.add_argument(
@@ -74,6 +81,8 @@ def run(arguments: argparse.Namespace) -> dict:
         raise InputError(f"--quick {arguments.quick}: would write over the results it reads; name another --results")
     if arguments.repeats is not None and arguments.repeats < 1:
         raise InputError(f"--repeats {arguments.repeats}: expected at least one heap a point")
+    if arguments.workers is not None and arguments.workers < 1:
+        raise InputError(f"--workers {arguments.workers}: expected at least one process")
     if arguments.quick and not (arguments.quick / "optimum" / "decision.json").exists():
         raise InputError(f"--quick {arguments.quick}: expected the results of a chain that was run to the optimum")
     stages = powder_chain.STAGES
@@ -84,17 +93,43 @@ def run(arguments: argparse.Namespace) -> dict:
     elif arguments.until:
         stages = powder_chain.STAGES[: powder_chain.STAGES.index(arguments.until) + 1]
     plan = powder_chain.plan_of(study.load(arguments.study), arguments.contact_law)
-    folder.mkdir(parents=True, exist_ok=True)
+    _make(folder)
+    say = partial(print, flush=True)  # a line a stage, also where the output goes to a file
     sizes = powder_chain.QUICK if arguments.quick else powder_chain.FULL
-    if arguments.repeats is not None:
-        sizes = replace(sizes, repeats=arguments.repeats)
+    before = powder_chain.repeats_before(folder)
+    if repeats := arguments.repeats or before:
+        if repeats == before != sizes.repeats and not arguments.few:
+            say(f"heaps at each point: {before}, as before in {folder}; --repeats {sizes.repeats} for {sizes.repeats}")
+        sizes = replace(sizes, repeats=repeats)
     chain = powder_chain.Chain(
-        plan, folder, folder / ".store", sizes, workers=arguments.workers, decisions_from=arguments.quick
+        plan,
+        folder,
+        folder / ".store",
+        sizes,
+        workers=arguments.workers,
+        say=say,
+        decisions_from=arguments.quick,
+        after=powder_report.write_summary,
     )
     if arguments.few:
         decision = powder_path.calibrate(chain)
-        print(powder_report.text_of_path(plan, decision))
+        print(powder_report.write_path(chain, decision))
         return powder_report.path_answer(decision)
     decisions = chain.run(stages)
     print(powder_report.write(chain, decisions))
     return powder_report.answer(decisions)
+
+
+def _make(folder: Path) -> None:
+    """The folder of the results, made where it is missing.
+
+    Raises
+    ------
+    InputError : it cannot be, or cannot be written to
+    """
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise InputError(f"--results {folder}: cannot be made ({error.strerror}); name a folder of your own") from None
+    if not os.access(folder, os.W_OK | os.X_OK):
+        raise InputError(f"--results {folder}: cannot be written to; name a folder of your own")

@@ -37,6 +37,8 @@ def pareto(screening: Screening, unit: str = ""):
             (3, 0),
             textcoords="offset points",
             va="center",
+            bbox={"facecolor": "white", "edgecolor": "none", "pad": 1},
+            zorder=5,
         )
     _margins(axes, screening)
     _legend_of_signs(axes)
@@ -65,7 +67,7 @@ def _legend_of_signs(axes) -> None:
         Patch(facecolor=DARK, edgecolor="black", label="raises the response"),
         Patch(facecolor=LIGHT, edgecolor="black", hatch="///", label="lowers the response"),
     ]
-    axes.legend(handles=signs + handles, fontsize=8, loc="lower right")
+    axes.figure.legend(handles=signs + handles, loc="outside lower center", ncols=2)
 
 
 @styled
@@ -147,7 +149,8 @@ def surface_contours(surface: Surface, found: TargetSet | None = None, unit: str
     for axes in grid.flat[len(shown) :]:
         axes.set_visible(False)
     figure.colorbar(colours, ax=grid, label=with_unit(str(surface.table.response.name), unit))
-    _surface_legend(figure, found, unit)
+    drawn = [planes[pairs.index(pair)][2] for pair in shown]
+    _surface_legend(figure, found, unit, min(z.min() for z in drawn), max(z.max() for z in drawn))
     return figure
 
 
@@ -194,7 +197,8 @@ def _draw_runs(axes, surface: Surface, pair, rest, found: TargetSet | None) -> N
         axes.plot(*point, "*", color="white", markeredgecolor="black", markersize=15, zorder=6)
 
 
-def _surface_legend(figure, found: TargetSet | None, unit: str) -> None:
+def _surface_legend(figure, found: TargetSet | None, unit: str, lowest: float, highest: float) -> None:
+    """The legend of panes that show responses from lowest to highest: of what is drawn in them only."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
@@ -202,8 +206,15 @@ def _surface_legend(figure, found: TargetSet | None, unit: str) -> None:
         Line2D([], [], marker="o", color="white", markeredgecolor="black", linestyle="", label="runs (projected)")
     ]
     if found is not None:
-        handles.append(Line2D([], [], color="black", linewidth=2.4, label=f"target {found.target:g} {unit}".strip()))
-        if found.uncertainty:
+        if lowest <= found.target <= highest:
+            handles.append(
+                Line2D([], [], color="black", linewidth=2.4, label=f"target {found.target:g} {unit}".strip())
+            )
+        if (
+            found.uncertainty
+            and lowest <= found.target + found.uncertainty
+            and highest >= found.target - found.uncertainty
+        ):
             handles.append(Patch(facecolor="0.85", hatch="//", label=f"within ±{found.uncertainty:g} {unit}".strip()))
         handles.append(
             Line2D(
@@ -214,7 +225,7 @@ def _surface_legend(figure, found: TargetSet | None, unit: str) -> None:
                 markeredgecolor="black",
                 markersize=13,
                 linestyle="",
-                label="recommended",
+                label="recommended" if found.reachable else f"nearest to {found.target:g} {unit}".strip(),
             )
         )
     ncols = len(handles) if figure.get_figwidth() > 8 else 2
