@@ -9,6 +9,8 @@ from pellet_study import look
 from pellet_study.look import MEASURED, MODEL, styled
 from pellet_study.photograph import Photograph
 
+UNSURE_DEG = 3.0  # uncertainty of a photograph from which on its lines miss the flanks; level views of heaps stay below
+
 
 def answer(files: Sequence[Path], found: Sequence[Photograph], overlays: Sequence[Path]) -> dict:
     """Mean and standard deviation over the photographs (None for one), and each photograph."""
@@ -49,6 +51,8 @@ def page(told: dict) -> str:
         ]
     else:
         lines += ["", f"mean {told['angle_deg']:.2f} deg, sd {told['sd']:.2f} deg over {number} photographs"]
+    if any(p["uncertainty_deg"] > UNSURE_DEG for p in told["photos"]):
+        return "\n".join([*lines, "", "no row for measurements.csv: the lines miss the flanks"])
     sd = "" if told["sd"] is None else f"{told['sd']:.3g}"
     lines += ["", "for measurements.csv of a study:", "rig,observable,value,sd,n"]
     lines.append(f"repose,repose_angle_deg,{told['angle_deg']:.4g},{sd},{number}")

@@ -206,3 +206,10 @@ def test_pictures_of_a_simulated_heap_read_the_angle_of_its_grains(tmp_path):
         picture = render.picture(centres, radii, azimuth_deg=azimuth, elevation_deg=0, width=700)
         read.append(photograph.measure(saved(picture, tmp_path / "heap.png")).angle_deg)
     assert np.mean(read) == pytest.approx(of_grains.mean_deg, abs=0.5)
+
+
+def test_a_heap_seen_from_above_is_doubted_and_gives_no_row(tmp_path, capsys):
+    assert main(["angle", str(HEAP.parent / "figures" / "heap.png"), "--figures", str(tmp_path)]) == 0
+    told = capsys.readouterr()
+    assert "seen from above" in told.err and "no row for measurements.csv" in told.out
+    assert "rig,observable" not in told.out

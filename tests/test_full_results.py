@@ -8,6 +8,7 @@ import pandas as pd
 import pytest
 
 from pellet_study import dispatch, powder_chain, rigs, study, yade
+from pellet_study.__main__ import main
 from pellet_study.doe import box_behnken, plackett_burman
 from pellet_study.doe.factors import Factor
 from pellet_study.powder_chain import SYMBOLS, table_of
@@ -53,6 +54,18 @@ def test_the_surface_refitted_gives_the_committed_coefficients():
     found = box_behnken.analyse(table_of(last, factors)).model.coefficients
     for term, value in found.items():
         assert value == pytest.approx(committed[term], abs=1e-9)
+
+
+@pytest.mark.skipif(not (FULL / "heap_grains.csv").exists(), reason="no grains are committed yet")
+def test_the_committed_grains_read_by_angle_give_the_angle_of_their_heap(tmp_path, capsys):
+    answer = tmp_path / "angle.json"
+    assert main(["angle", str(FULL / "heap_grains.csv"), "--json", str(answer)]) == 0
+    angle = json.loads(answer.read_text())["angle_deg"]
+    assert np.isclose(good("validation")["repose_angle_deg"], angle, rtol=1e-9).sum() == 1
+    assert f"{angle:.2f} +- " in capsys.readouterr().out
+    assert main(["angle", str(FULL / "heap_grains.csv"), str(FULL / "figures" / "heap.png")]) == 2
+    assert main(["angle", str(FULL / "measurements.csv")]) == 2
+    assert "x_m, y_m, z_m, radius_m" in capsys.readouterr().err
 
 
 class Committed:

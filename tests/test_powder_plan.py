@@ -1,5 +1,7 @@
 """What `calibrate` takes from a study: factors, fixed values, the measured angle; and what it refuses. No heap is run."""
 
+import argparse
+import re
 from pathlib import Path
 
 import numpy as np
@@ -8,7 +10,9 @@ import pytest
 
 from pellet_study import powder_chain, rigs, study
 from pellet_study.__main__ import main
+from pellet_study.commands import calibrate
 from pellet_study.errors import InputError
+from tests.test_docs import STEP
 
 FULL = Path(__file__).parent.parent / "results" / "full"
 ANGLE = "rig,observable,value,sd\nrepose,repose_angle_deg,41.69,0.79\n"
@@ -84,6 +88,21 @@ def test_the_help_gives_the_lines_that_ranges_of_c_f_and_g_need(plan, capsys):
     ranges = "[parameters]\n" + "".join(f"{name} = {{ min = 0.1, max = 0.2 }}\n" for name in names)
     found = plan(ranges + "[effects]\n" + "\n".join(lines) + "\n")
     assert {f.name: f.high for f in found.factors}["F"] == 0.2
+
+
+def test_the_study_of_the_walk_through_is_one_that_calibrate_takes(plan):
+    text = (FULL.parents[1] / "docs" / "calibrate_your_own_powder.md").read_text(encoding="utf-8")
+    files = {step["file"]: step["content"] for step in STEP.finditer(text) if step["file"]}
+    found = plan(files["powder/study.toml"], files["powder/measurements.csv"])
+    assert found.own == {"B", "C", "G"} and found.fixed == {"powder_density_kg_m3": 1650.0}
+    for symbol, name in powder_chain.SYMBOLS.items():
+        printed = next(f for f in powder_chain.screening_factors() if f.name == symbol)
+        (row,) = (line for line in text.splitlines() if line.startswith(f"| {symbol} |"))
+        assert f"`{name}`" in row and f"{printed.low:g} to {printed.high:g}" in row
+    for command in re.findall(r"^    pellet-study calibrate (.*?)(?: +#.*)?$", text, flags=re.MULTILINE):
+        parser = argparse.ArgumentParser()
+        calibrate.add_arguments(parser)
+        parser.parse_args(command.split())  # options that there are
 
 
 def test_a_free_parameter_that_the_screening_does_not_vary_is_refused(plan):
