@@ -17,7 +17,7 @@ import statsmodels.api as sm
 
 from pellet_study import dispatch, look, rigs, study
 from pellet_study.paper.designs import screening_factors
-from pellet_study.powder_chain import IDLE, OBSERVABLE, RIG, SYMBOLS
+from pellet_study.powder_plan import IDLE, OBSERVABLE, RIG, SYMBOLS
 
 FOLDER = Path(__file__).resolve().parent.parent / "results" / "paper_heaps"
 FIRST_SEED = 70_000

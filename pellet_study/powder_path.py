@@ -12,7 +12,8 @@ import pandas as pd
 
 from pellet_study import rigs
 from pellet_study.doe import plackett_burman
-from pellet_study.powder_chain import OBSERVABLE, RIG, SYMBOLS, Chain, table_of
+from pellet_study.powder_chain import Chain, table_of
+from pellet_study.powder_plan import OBSERVABLE, RIG, SYMBOLS
 
 FIRST_SEED = 5_000  # of the path, within the climb's
 BATCH = 2  # heaps at once
@@ -69,7 +70,7 @@ def calibrate(chain: Chain, wanted_error: float = WANTED_ERROR) -> dict:
     Returns
     -------
     `point`, `place` (on the path), `predicted_deg`, `standard_error_deg`, `wanted_error_deg`, `heaps` (all), `path_heaps`,
-    `lost`, `factors`, `outside` (as `Plan.outside`), `slope_deg`, `met` (False where the path ends before the target),
+    `path_lost`, `lost` (all), `factors`, `outside` (as `Plan.outside`), `slope_deg`, `met` (False where the path ends before the target),
     `enough` (False where `MOST` heaps do not give the wanted error)
     """
     plan = chain.plan
@@ -124,6 +125,7 @@ def calibrate(chain: Chain, wanted_error: float = WANTED_ERROR) -> dict:
         "met": bool(low < t < high),
         "heaps": len(screened) + len(runs),
         "path_heaps": len(runs),
+        "path_lost": int((~kept).sum()),
         "lost": int((screened["verdict"] != "ok").sum() + (~kept).sum()),
     }
     chain.write("path", "decision", decision)

@@ -8,7 +8,8 @@ import pandas as pd
 from pellet_study import powder_stages, render, rigs
 from pellet_study.doe import figures
 from pellet_study.doe.answers import plain
-from pellet_study.powder_chain import NAMES, RIG, STAGES, Chain, Plan, levels, summary
+from pellet_study.powder_chain import STAGES, Chain, levels, summary
+from pellet_study.powder_plan import NAMES, RIG, Plan
 
 
 def answer(decisions: dict[str, dict]) -> dict:
@@ -33,7 +34,7 @@ def text_of_path(plan: Plan, decision: dict) -> str:
     lines = [
         f"Powder calibration in few heaps, contact law {plan.contact_law}, target {plan.target:g} deg",
         f"{levels(decision)}: {decision['predicted_deg']:.2f} +- {decision['standard_error_deg']:.2f} deg by a straight line through "
-        f"{decision['path_heaps']} heaps on the path ({decision['heaps']} in all{lost})",
+        f"{decision['path_heaps'] - decision['path_lost']} heaps on the path ({decision['heaps']} in all{lost})",
     ]
     lines += plan.remarks
     if not decision["enough"]:

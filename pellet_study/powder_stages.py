@@ -15,18 +15,15 @@ from pellet_study.look import LIGHT, MEASURED, MODEL, styled
 from pellet_study.pages import number, probability
 from pellet_study.parts import picture, table
 from pellet_study.powder_chain import (
-    NAMES,
-    OBSERVABLE,
-    SYMBOLS,
     command,
     curvature,
-    differences,
     levels,
     read_decision,
     selection,
     surface_of,
     table_of,
 )
+from pellet_study.powder_plan import NAMES, OBSERVABLE, SYMBOLS, differences
 
 UNITS = {"G": "J/m²"}
 

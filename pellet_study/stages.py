@@ -8,7 +8,7 @@ from pellet_study import bench_report, paper
 from pellet_study.bench_report import PAPER_FOUND
 from pellet_study.look import label, words
 from pellet_study.parts import picture, table
-from pellet_study.powder_chain import OBSERVABLE
+from pellet_study.powder_plan import OBSERVABLE
 from pellet_study.powder_stages import powder
 from pellet_study.study import Study
 

@@ -7,10 +7,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study import powder_chain, powder_path, powder_report, powder_stages, study
+from pellet_study import powder_chain, powder_path, powder_plan, powder_report, powder_stages, study
 from pellet_study.__main__ import main
 from pellet_study.errors import InputError, SimulationError
-from pellet_study.powder_chain import SYMBOLS
+from pellet_study.powder_plan import SYMBOLS
 
 SLOPES = {"B": -1.5, "C": 3.5, "G": 3.7}  # per coded unit of Table 6, half the paper's effects
 
@@ -23,7 +23,7 @@ class Formula:
         self.offset = offset  # of the seeds of the noise
 
     def run(self, cases, store, *, workers=None, quiet=False):
-        factors = {f.name: f for f in powder_chain.screening_factors()}
+        factors = {f.name: f for f in powder_plan.screening_factors()}
         rows = []
         for case in cases:
             self.asked.append(case["seed"])
@@ -54,7 +54,7 @@ def powder(tmp_path):
 
 def chain_of(folder: Path, stub: Formula, monkeypatch, **more) -> powder_chain.Chain:
     monkeypatch.setattr(powder_chain, "dispatch", stub)
-    plan = powder_chain.plan_of(study.load(folder))
+    plan = powder_plan.plan_of(study.load(folder))
     return powder_chain.Chain(plan, folder, folder / ".store", say=lambda line: None, **more)
 
 
@@ -129,7 +129,7 @@ def test_the_heap_whose_grains_are_kept_gave_an_angle(powder, monkeypatch):
 
 def test_a_target_outside_the_box_moves_it_and_is_met_by_no_extrapolation(powder, monkeypatch):
     decisions = chain_of(powder, Formula(level=31.5), monkeypatch).run()
-    factors = {f.name: f for f in powder_chain.screening_factors()}
+    factors = {f.name: f for f in powder_plan.screening_factors()}
     point = decisions["optimum"]["point"]
     assert decisions["climb"]["moves"] + len(decisions["surface"]["boxes"]) > 1
     assert abs(factors["C"].coded(point["C"])) > 1 or abs(factors["G"].coded(point["G"])) > 1
@@ -309,10 +309,10 @@ def test_the_quick_chain_reads_the_stages_it_does_not_do(powder, tmp_path, monke
 def test_studies_without_a_measured_angle_are_refused(powder):
     (powder / "measurements.csv").write_text("rig,observable,value,sd\nrebound,rebound_height_mm,8.01,0.1\n")
     with pytest.raises(InputError, match="repose"):
-        powder_chain.plan_of(study.load(powder))
+        powder_plan.plan_of(study.load(powder))
     (powder / "measurements.csv").write_text("rig,observable,value\nrepose,repose_angle_deg,41.69\n")
     with pytest.raises(InputError, match="sd"):
-        powder_chain.plan_of(study.load(powder))
+        powder_plan.plan_of(study.load(powder))
 
 
 def test_repeats_are_heaps_at_the_same_points(powder, monkeypatch, capsys):
@@ -372,6 +372,17 @@ def test_few_heaps_that_are_too_few_for_the_wanted_error_are_said(powder, monkey
     assert decision["path_heaps"] == powder_path.MOST and not decision["enough"]
     assert (
         "most heaps it takes on the path, 60: the standard error is above the 0.3 deg wanted" in capsys.readouterr().out
+    )
+
+
+def test_few_heaps_count_those_that_gave_no_angle(powder, monkeypatch):
+    chain = chain_of(powder, Formula(jammed={10_003, 25_001}), monkeypatch)
+    found = powder_path.calibrate(chain)
+    assert (found["lost"], found["path_lost"]) == (2, 1)
+    text = powder_report.text_of_path(chain.plan, found)
+    assert (
+        f"through {found['path_heaps'] - 1} heaps on the path ({found['heaps']} in all, 2 of them gave no angle)"
+        in text
     )
 
 
@@ -545,7 +556,7 @@ def test_a_setting_that_was_read_is_validated_with_seeds_that_did_not_choose_it(
     before = set(first.asked)
     stub = Formula(noise=1.5)
     monkeypatch.setattr(powder_chain, "dispatch", stub)
-    plan = powder_chain.plan_of(study.load(powder))
+    plan = powder_plan.plan_of(study.load(powder))
     folder = tmp_path / "quick"
     quick = powder_chain.Chain(
         plan, folder, folder / ".store", powder_chain.QUICK, say=lambda line: None, decisions_from=powder

@@ -8,7 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study import powder_chain, rigs, study
+from pellet_study import powder_plan, rigs, study
 from pellet_study.__main__ import main
 from pellet_study.commands import calibrate
 from pellet_study.errors import InputError
@@ -22,10 +22,10 @@ ANGLE = "rig,observable,value,sd\nrepose,repose_angle_deg,41.69,0.79\n"
 def plan(tmp_path):
     """The plan of a study with given files."""
 
-    def of(toml: str = "", measurements: str = ANGLE) -> powder_chain.Plan:
+    def of(toml: str = "", measurements: str = ANGLE) -> powder_plan.Plan:
         (tmp_path / "study.toml").write_text(toml)
         (tmp_path / "measurements.csv").write_text(measurements)
-        return powder_chain.plan_of(study.load(tmp_path))
+        return powder_plan.plan_of(study.load(tmp_path))
 
     return of
 
@@ -95,8 +95,8 @@ def test_the_study_of_the_walk_through_is_one_that_calibrate_takes(plan):
     files = {step["file"]: step["content"] for step in STEP.finditer(text) if step["file"]}
     found = plan(files["powder/study.toml"], files["powder/measurements.csv"])
     assert found.own == {"B", "C", "G"} and found.fixed == {"powder_density_kg_m3": 1650.0}
-    for symbol, name in powder_chain.SYMBOLS.items():
-        printed = next(f for f in powder_chain.screening_factors() if f.name == symbol)
+    for symbol, name in powder_plan.SYMBOLS.items():
+        printed = next(f for f in powder_plan.screening_factors() if f.name == symbol)
         (row,) = (line for line in text.splitlines() if line.startswith(f"| {symbol} |"))
         assert f"`{name}`" in row and f"{printed.low:g} to {printed.high:g}" in row
     for command in re.findall(r"^    pellet-study calibrate (.*?)(?: +#.*)?$", text, flags=re.MULTILINE):
@@ -169,17 +169,17 @@ def test_the_bond_number_is_the_rigs(plan):
     found = plan()
     other = "rig,observable,value,sd,amplification\nrepose,repose_angle_deg,40,1,12\n"
     keeps, lets = plan("", other), plan('surface_energy_scaling = "none"\n', other)
-    six = powder_chain.bond(found, 0.2)
+    six = powder_plan.bond(found, 0.2)
     assert six == pytest.approx(3.74, abs=0.01)  # 1.87 at 0.1 J/m2 and R = 1.294 mm
-    assert powder_chain.bond(keeps, 0.2) == pytest.approx(six, rel=1e-12)
-    assert powder_chain.bond(lets, 0.2) == pytest.approx(six / 4, rel=1e-12)  # 1/R2
+    assert powder_plan.bond(keeps, 0.2) == pytest.approx(six, rel=1e-12)
+    assert powder_plan.bond(lets, 0.2) == pytest.approx(six / 4, rel=1e-12)  # 1/R2
     lighter = plan("[parameters]\npowder_density_kg_m3 = 916.5\n")
-    assert powder_chain.bond(lighter, 0.2) == pytest.approx(2 * six, rel=1e-12)
+    assert powder_plan.bond(lighter, 0.2) == pytest.approx(2 * six, rel=1e-12)
 
 
 @pytest.mark.skipif(not (FULL / "runs.csv").exists(), reason="no heap of results/full is committed yet")
 def test_the_bond_number_is_that_of_the_committed_heaps():
-    found = powder_chain.plan_of(study.load(FULL))
+    found = powder_plan.plan_of(study.load(FULL))
     runs = pd.read_csv(FULL / "runs.csv")
     for row in runs[runs["verdict"] == "ok"].itertuples():
-        assert powder_chain.bond(found, row.G) == pytest.approx(row.bond_number, rel=1e-9)
+        assert powder_plan.bond(found, row.G) == pytest.approx(row.bond_number, rel=1e-9)

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from pellet_study import dispatch, rigs
-from pellet_study.powder_chain import SYMBOLS
+from pellet_study.powder_plan import SYMBOLS
 from yade_scripts import contacts, powder_scene
 
 LAWS = ("cohesive_frictional", "hertz_mindlin")
