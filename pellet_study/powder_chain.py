@@ -677,7 +677,7 @@ def summary(stage: str, decision: Mapping) -> str:
     if stage == "surface":
         boxes = len(decision["boxes"])
         which = f"{boxes} boxes, the surface is that of number {decision['chosen_box'] + 1}" if boxes > 1 else "1 box"
-        return f"{decision['heaps']} heaps in {which}{lost}; R2 {decision['r2']:.3f}, predicted R2 {decision['r2_predicted']:.3f}"
+        return f"{decision['heaps']} heaps in {which}{lost}; R2 {decision['r2']:.3f}, predicted R2 {known(decision['r2_predicted'], '.3f')}"
     if stage == "optimum":
         would = f"{levels(decision)}; Bond number {decision['bond_number']:.2f}"
         if decision["reachable"]:
@@ -708,6 +708,11 @@ def summary(stage: str, decision: Mapping) -> str:
     return words + ("; not corrected, as the box ends there" if decision.get("box_ends") else "")
 
 
+def known(value: float | None, form: str) -> str:
+    """A number in words that may not follow from the runs there are, as where one of them alone fixes a coefficient."""
+    return "not known" if value is None or not np.isfinite(value) else format(value, form)
+
+
 def levels(decision: Mapping) -> str:
     """The levels of a decision's point, with a word where one lies outside the range it was screened in."""
     point, outside = decision["point"], decision.get("outside", {})
@@ -721,7 +726,9 @@ def selection(decision: Mapping) -> str:
     unclear = [name for name in factors if name not in clear]
     left = [name for name in clear if name not in factors]
     words = f"beyond two standard errors: {', '.join(clear) or 'none'}; the three largest effects go on: {', '.join(factors)}"
-    if unclear:
+    if unclear == factors:
+        words += ", none of them clear"
+    elif unclear:
         words += f", of which {', '.join(unclear)} {'is' if len(unclear) == 1 else 'are'} not clear"
     if left:
         words += f"; {', '.join(left)} {'is' if len(left) == 1 else 'are'} left out although clear"
@@ -734,5 +741,5 @@ def curvature(decision: Mapping) -> str:
         return ""
     return (
         f"; curvature (centre points minus the others) {decision['curvature_deg']:+.2f} +- "
-        f"{decision['curvature_standard_error_deg']:.2f} deg"
+        f"{known(decision['curvature_standard_error_deg'], '.2f')} deg"
     )

@@ -17,6 +17,7 @@ from pellet_study.parts import picture, table
 from pellet_study.powder_chain import (
     command,
     curvature,
+    known,
     levels,
     read_decision,
     selection,
@@ -202,7 +203,7 @@ def _surface(folder: Path, measured) -> dict:
     factors = found.table.factors
     target = optimum.target_set(found, measured[0], measured[1] or 0.0) if measured else None
     lines = [
-        f"Box-Behnken: {words} R² {found.r2:.4f}, predicted {found.r2_predicted:.4f}; lack of fit p {probability(found.lack_of_fit_p)}."
+        f"Box-Behnken: {words} R² {found.r2:.4f}, predicted {known(found.r2_predicted, '.4f')}; lack of fit p {probability(found.lack_of_fit_p)}."
     ]
     if target is not None and target.reachable:
         lines.append(

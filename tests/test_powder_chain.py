@@ -1,6 +1,7 @@
 """The powder chain as a driver, on a stub in place of the simulator: a formula with noise, some of its heaps jammed."""
 
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -216,6 +217,18 @@ def test_lost_heaps_of_every_stage_are_counted(powder, monkeypatch):
     assert f"deg over {heaps - 1} of {heaps} heaps (1 gave no angle)" in line
 
 
+def test_a_surface_whose_runs_do_not_give_the_predicted_r2_is_summed_up(powder, monkeypatch):
+    """One heap a point, two of them lost: a run that is left fixes a coefficient by itself."""
+    sizes = replace(powder_chain.FULL, repeats=1)
+    chain = chain_of(powder, Formula(jammed={30_001, 30_005}), monkeypatch, sizes=sizes)
+    decisions = chain.run(powder_chain.STAGES[:4])
+    assert decisions["surface"]["r2_predicted"] is None
+    assert "predicted R2 not known" in powder_report.write(chain, decisions)
+    assert any(
+        "predicted not known" in line for p in powder_stages.powder(powder, (41.69, 0.79)) for line in p["words"]
+    )
+
+
 def test_the_rule_of_the_screening_is_said():
     decision = {"factors": ["B", "C", "G"], "clear": ["C", "D", "G"], "heaps": 41, "lost": 0}
     decision |= {"curvature_deg": -1.25, "curvature_standard_error_deg": 0.5}
@@ -224,6 +237,7 @@ def test_the_rule_of_the_screening_is_said():
         "beyond two standard errors: C, D, G; the three largest effects go on: B, C, G, of which B is not clear" in line
     )
     assert "D is left out although clear" in line
+    assert "go on: B, C, G, none of them clear" in powder_chain.summary("screening", decision | {"clear": []})
     assert "-1.25 +- 0.50 deg" in line
 
 
