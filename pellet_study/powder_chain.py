@@ -381,9 +381,9 @@ class Chain:
 
         Where that is not shown, the setting is corrected along the surface's gradient by what is missing, and validated
         anew with other seeds. Both attempts stay in the table and in the decision; the last one counts. There is no
-        second one where the box ends at the first.
+        second one where the box has nothing nearer to the target than the first.
         """
-        point, tables, attempts, box_ends = self.chosen(), [], [], False
+        point, tables, attempts, nothing_nearer = self.chosen(), [], [], False
         (self.folder / "validation").mkdir(parents=True, exist_ok=True)
         validation.declare_margin(self.folder / "validation" / "margin.json", self.plan.margin, "deg")
         first = SEEDS_OF_READ if self.reads_setting else 0
@@ -395,12 +395,12 @@ class Chain:
             if attempts[-1]["equivalent"] or len(attempts) == self.sizes.attempts:
                 break
             better = self.corrected(point, attempts[-1]["mean_deg"])
-            if box_ends := better is None:
+            if nothing_nearer := better is None:
                 break
             point = better
         whole = int((runs["verdict"] == "ok").idxmax())  # the first that gave an angle
         self.keep_grains(point, first + 1000 * (len(attempts) - 1) + whole)
-        decision = {**attempts[-1], "attempts": attempts, "box_ends": box_ends}
+        decision = {**attempts[-1], "attempts": attempts, "nothing_nearer": nothing_nearer}
         self.write("validation", "decision", decision)
         return decision
 
@@ -474,7 +474,7 @@ class Chain:
         there = np.clip(here + miss * gradient / (gradient @ gradient), -1, 1)
         if abs(gradient @ (there - here)) < LEAST_GAIN * abs(miss):
             self.say(
-                f"  validation: {mean:.2f} deg is not the measured angle, but the box ends there: nothing is corrected"
+                f"  validation: {mean:.2f} deg is not the measured angle, but the box has nothing nearer: it is not corrected"
             )
             return None
         self.say(f"  validation: {mean:.2f} deg is not the measured angle; the setting is corrected and validated anew")
@@ -705,7 +705,7 @@ def summary(stage: str, decision: Mapping) -> str:
         gone = sum(one["lost"] for one in attempts)
         words += f"; attempt {len(attempts)}, the setting corrected to {levels(decision)}; {sum(one['heaps'] for one in attempts)} "
         words += "heaps in all" + (f", {gone} gave no angle" if gone else "")
-    return words + ("; not corrected, as the box ends there" if decision.get("box_ends") else "")
+    return words + ("; not corrected, as the box has nothing nearer" if decision.get("nothing_nearer") else "")
 
 
 def known(value: float | None, form: str) -> str:

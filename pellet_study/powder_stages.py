@@ -259,8 +259,8 @@ def _validation(folder: Path, measured) -> dict:
             f"{words} The first setting gave {attempts[0]['mean_deg']:.2f} ± {attempts[0]['standard_error_deg']:.2f} deg and was "
             f"corrected to {levels(d)}; the {attempts[-1]['heaps']} heaps with other seeds there count."
         )
-    if d.get("box_ends"):
-        words += " The setting is not corrected, as the box ends there."
+    if d.get("nothing_nearer"):
+        words += " The setting is not corrected, as the box has nothing nearer."
     low, high = d["error_interval_percent"]
     return {
         "heading": "Powder: validation",

@@ -152,22 +152,22 @@ def test_a_target_out_of_reach_is_said(powder, monkeypatch):
     assert "would do" not in line
 
 
-def test_where_the_box_ends_nothing_is_corrected_and_no_heap_is_wasted(powder, monkeypatch):
+def test_where_the_nothing_nearer_nothing_is_corrected_and_no_heap_is_wasted(powder, monkeypatch):
     stub = Formula(level=5.0, slopes={"C": 0.5, "G": 0.4, "B": -0.3})
     said = []
     chain = chain_of(powder, stub, monkeypatch)
     chain.say = said.append
     decisions = chain.run()
     found = decisions["validation"]
-    assert found["box_ends"] and len(found["attempts"]) == 1
+    assert found["nothing_nearer"] and len(found["attempts"]) == 1
     assert {seed for seed in stub.asked if seed >= 50_000} == set(range(50_000, 50_000 + found["heaps"]))
     assert not any("corrected and validated" in line for line in said)
     text = powder_report.write(chain, decisions)
-    assert "not corrected, as the box ends there" in text and "the setting corrected" not in text
+    assert "not corrected, as the box has nothing nearer" in text and "the setting corrected" not in text
     (words,) = (
         part["words"] for part in powder_stages.powder(powder, (41.69, 0.79)) if "validation" in part["heading"]
     )
-    assert "not corrected, as the box ends there" in words[0] and "was corrected" not in words[0]
+    assert "not corrected, as the box has nothing nearer" in words[0] and "was corrected" not in words[0]
     (surface,) = (p["words"] for p in powder_stages.powder(powder, (41.69, 0.79)) if "surface" in p["heading"])
     assert "is not reachable in this box" in surface[1] and "recommended" not in surface[1]
 

@@ -194,7 +194,7 @@ def _draw_runs(axes, surface: Surface, pair, rest, found: TargetSet | None) -> N
     )
     if found is not None:
         point = [float(factor.physical(rest[i])) for i, factor in zip(pair, factors, strict=True)]
-        axes.plot(*point, "*", color="white", markeredgecolor="black", markersize=15, zorder=6)
+        axes.plot(*point, "*", color="white", markeredgecolor="black", markersize=15, zorder=6, clip_on=False)
 
 
 def _surface_legend(figure, found: TargetSet | None, unit: str, lowest: float, highest: float) -> None:
