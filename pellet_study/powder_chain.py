@@ -472,7 +472,7 @@ class Chain:
         gradient = np.ravel(found.model.gradient(here))
         miss = self.plan.target - mean
         there = np.clip(here + miss * gradient / (gradient @ gradient), -1, 1)
-        if abs(gradient @ (there - here)) < LEAST_GAIN * abs(miss):
+        if np.sign(miss) * gradient @ (there - here) < LEAST_GAIN * abs(miss):
             self.say(
                 f"  validation: {mean:.2f} deg is not the measured angle, but the box has nothing nearer: it is not corrected"
             )
