@@ -42,7 +42,7 @@ from pellet_study.compare import (
 from pellet_study.model import Case, Model
 from pellet_study.study import Study
 
-GATE = 0.042  # for the first effect; lack of fit and drift spend the rest of 5 %
+GATE = 0.035  # for the first effect; lack of fit, drift and what sds found from readings cost spend the rest of 5 %
 GATE_AGAIN = 0.004  # for each further one
 LEFT_OVER = 0.002  # p of lack of fit that an explanation may not leave in the rigs where it acts
 LEFT_DRIFT = 0.01  # p of drift that it may not leave there, in a constant or in its own amount
