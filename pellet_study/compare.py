@@ -143,7 +143,7 @@ def refuse_dead(model: Model) -> None:
     """
     if model.scatters and not np.isfinite(model.predict(model.base).mean).all():
         reasons = [text for engine in model.engines.values() for text in getattr(engine, "dead", {}).values()]
-        raise SimulationError(dict.fromkeys(reasons).popitem()[0])
+        raise SimulationError("; ".join(dict.fromkeys(reasons)) or "a row cannot be simulated")
 
 
 def surface_error(state: Calibrated) -> tuple[float, str] | None:
@@ -543,7 +543,8 @@ def row_residuals(state: Calibrated, sd: dict[int, float]) -> tuple[RowResidual,
         spread = reading[k]
         z = None
         if spread is not None:
-            spread *= state.evidence.contradicted.get((row.rig, row.observable), 1.0)
+            if row.sd is not None:
+                spread *= state.evidence.contradicted.get((row.rig, row.observable), 1.0)
             total = np.sqrt(spread**2 / row.n + row.setup_sd**2 + predicted.variance[0, c])
             z = float((row.value - value) / total)
         found.append(RowResidual(row, value, row.value - value, z))
@@ -553,7 +554,9 @@ def row_residuals(state: Calibrated, sd: dict[int, float]) -> tuple[RowResidual,
 def holdout_p(state: Calibrated, rows: Sequence[RowResidual]) -> float | None:
     """p of e' C^-1 e over the rows held out, C of their readings, their predictions and the calibrated constants.
 
-    The constants' covariance is widened by the misfit of the rows fitted. None without such rows or without their scatter.
+    The constants' covariance is widened by the misfit of the rows fitted; rows of one set-up share its error. F with the
+    degrees of freedom of the readings' scatter. None without such rows, without their scatter, or where they depend on a
+    constant that the rows fitted do not tell.
     """
     held = [r for r in rows if r.row.split == "holdout" and r.z]
     if not held or not state.evidence.scale_known:
@@ -568,11 +571,20 @@ def holdout_p(state: Calibrated, rows: Sequence[RowResidual]) -> float | None:
     mean = model.predict(points).mean[:, cases]
     slopes = (mean[1:] - mean[0]) / step[:, None]
     unit = max(1.0, fitted.chi2 / max(len(state.evidence.case) - len(problem.free), 1))
+    jacobian = fitted.jacobian * span
+    _, size, rows_of = np.linalg.svd(jacobian, full_matrices=False)
+    told = rows_of[size > 1e-6 * max(size.max(initial=0.0), 1e-300)]
+    steps = slopes.T * span
+    if np.abs(steps - steps @ told.T @ told).max(initial=0.0) > 1e-6 * np.abs(steps).max(initial=0.0):
+        return None
     own = np.diag([(r.residual / r.z) ** 2 for r in held])
+    for a, first in enumerate(held):
+        for b, second in enumerate(held):
+            if a != b and first.row.setup and first.row.setup == second.row.setup and first.row.rig == second.row.rig:
+                own[a, b] = first.row.setup_sd * second.row.setup_sd
     error = np.array([r.residual for r in held])
-    return float(
-        special.chdtrc(len(held), error @ np.linalg.solve(own + unit * slopes.T @ covariance(fitted) @ slopes, error))
-    )
+    together, n = own + unit * slopes.T @ covariance(fitted) @ slopes, len(held)
+    return float(special.fdtrc(n, state.evidence.dof, error @ np.linalg.solve(together, error) / n))
 
 
 def reading_sd(study: Study, model: Model) -> list[float | None]:

@@ -168,6 +168,10 @@ def diagnose(
     hopeless = spare < 1 or (spare < 2 and not evidence.scale_known)
     dear = state.model.levels <= FEW_LEVELS
     found = [] if hopeless and dear else signatures(state, names, basis)
+    lost = [name for name in names if name in unsimulated(state)]
+    names = [name for name in names if name not in lost]
+    found = [s for s in found if s.effect not in lost]
+    warnings += [text for text in state.model.warnings if text not in warnings]
     shown = [s for s in found if s.visible_share >= VISIBLE and s.length >= 1.0]
     if hopeless:
         warnings.append(
@@ -200,6 +204,7 @@ def diagnose(
     singles, beyond = refits(state, names, shown, scores) if shown and (needed or rank) else ({}, {})
     rivals = judge(state, singles.values(), shown) if needed else [Rival(k, f, False) for k, f in singles.items()]
     ranking = _ranking(state, names, found, shown, errors, null, rivals, beyond)
+    ranking += tuple(replace(_unjudged(state, name, []), note="its simulations failed: not judged") for name in lost)
     plausible = {s.effect for s in ranking if not s.note}
     verdict, chosen = "adequate", []
     if needed:
@@ -599,6 +604,12 @@ def _ranking(state, names, found, shown, scores, null, rivals, beyond) -> tuple[
     return tuple(sorted(ranking, key=lambda s: (bool(s.note), -s.chi2_drop, -(s.score or 0.0))))
 
 
+def unsimulated(state: Calibrated) -> set[str]:
+    """Effects whose simulations failed in some row: what they would do is not known."""
+    dead = [key for engine in state.model.engines.values() for key in getattr(engine, "dead", ())]
+    return {key[1] for key in dead if isinstance(key, tuple)}
+
+
 def _unjudged(state: Calibrated, name: str, found: Sequence[Signature]) -> Suspect:
     effect = state.model.study.catalogue.effects[name]
     share = max((s.visible_share for s in found if s.effect == name), default=0.0)
@@ -682,7 +693,8 @@ def reading_uncertainty(state: Calibrated, cases: Sequence[Case], predicted: np.
             repeats = np.median(
                 [max(row.n, sum(r.conditions == row.conditions for r, _ in rows)) for row, _ in known[:50]]
             )
-            found[k] = np.sqrt(near[1] ** 2 / repeats + near[0].setup_sd ** 2)
+            more = evidence.contradicted.get((case.rig, case.observable), 1.0) if near[0].sd is not None else 1.0
+            found[k] = np.sqrt((more * near[1]) ** 2 / repeats + near[0].setup_sd ** 2)
         elif like := [s for cell, s in cells if (cell.rig, cell.observable) == (case.rig, case.observable)]:
             found[k] = unit * np.median(like)
         else:

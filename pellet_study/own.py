@@ -5,6 +5,7 @@ import logging
 import traceback
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import replace
+from difflib import get_close_matches
 from functools import wraps
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
@@ -113,14 +114,15 @@ def _refuse_idle(effect: Effect, known: Mapping[str, Rig]) -> None:
     """Refuse an effect that would silently do nothing in a rig it names."""
     if not isinstance(effect.rigs, Mapping):
         raise InputError(f"{effect.own}: rigs: expected {{rig: where the effect shows in it}}, got {effect.rigs!r}")
-    for name in effect.rigs:
-        if name not in known:
+    strange = [name for name in effect.rigs if name not in known]
+    for name in strange:  # a file may be shared with a study that has a rig of its own
+        if len(strange) == len(effect.rigs) or get_close_matches(name, known):
             raise InputError(f"{effect.own}: rigs: rig {name!r} is unknown{nearest(name, known)}")
     formulas = [name for name, rig in known.items() if rig.predict is not None]
     for name in effect.closed_form:
-        if name not in formulas:
+        if name not in formulas and name not in strange:
             raise InputError(f"{effect.own}: CLOSED_FORM: {name!r} is no closed-form rig{nearest(name, formulas)}")
-    for name in effect.rigs:
+    for name in set(effect.rigs) - set(strange):
         if name in formulas and name not in effect.closed_form:
             raise InputError(
                 f"{effect.own}: rigs names {name}, a closed-form rig, but CLOSED_FORM does not say what happens there; "
@@ -131,11 +133,13 @@ def _refuse_idle(effect: Effect, known: Mapping[str, Rig]) -> None:
             f"{effect.own}: parameters_in names {', '.join(there)}, which runs on YADE, where an effect of your own has "
             "one set of parameters; make one file for each of its quantities"
         )
-    asked = {name: rigs.scene(known[name].file) for name in effect.rigs if name not in formulas}
+    asked = {name: rigs.scene(known[name].file) for name in effect.rigs if name in known and name not in formulas}
     if None in asked.values():
         return  # a rig with a scene of its own making, which may use the effect in any way
     for scene, given in effect.scenes.items():
         places = set().union(*(some for of_rig, some in asked.values() if of_rig == scene))
+        if not places and strange:
+            continue
         if not places:
             raise InputError(f"{effect.own}: {scene} acts in none of the rigs it names ({', '.join(effect.rigs)})")
         for place in given:

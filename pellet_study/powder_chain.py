@@ -56,8 +56,8 @@ FULL, QUICK = Sizes(3, 5, 10, 60), Sizes(1, 3, 4, 4, attempts=1)
 class Chain:
     """The chain of one study: its plan, its folder of results, its store.
 
-    `say` gets a line a stage, `after` the chain and its decisions when a stage is done; `decisions_from` is the folder of another chain's results, whose decisions stand for the
-    stages that are not done here.
+    `say` gets a line a stage, `after` the chain and its decisions when a stage is done; `decisions_from` is the folder of
+    another chain's results, whose decisions stand for the stages that are not done here.
     """
 
     plan: Plan
@@ -381,7 +381,8 @@ class Chain:
 
         Where that is not shown, the setting is corrected along the surface's gradient by what is missing, and validated
         anew with other seeds. Both attempts stay in the table and in the decision; the last one counts. There is no
-        second one where the box has nothing nearer to the target than the first.
+        second one where the box has nothing nearer to the target along that gradient, nor where the measured angle is known so
+        badly that no heaps can show equivalence and the heaps do not differ from it.
         """
         point, tables, attempts, nothing_nearer = self.chosen(), [], [], False
         (self.folder / "validation").mkdir(parents=True, exist_ok=True)
@@ -393,6 +394,8 @@ class Chain:
             self.write("validation", "runs", pd.concat(tables, ignore_index=True))
             attempts.append(self.judged(runs, point))
             if attempts[-1]["equivalent"] or len(attempts) == self.sizes.attempts:
+                break
+            if not attempts[-1]["attainable"] and attempts[-1]["p_difference"] > ALPHA:
                 break
             better = self.corrected(point, attempts[-1]["mean_deg"])
             if nothing_nearer := better is None:
@@ -458,6 +461,7 @@ class Chain:
             "p_tost": tested.p,
             "equivalent": tested.equivalent,
             "p_difference": tested.p_difference,
+            "attainable": self.plan.attainable(ALPHA / self.sizes.attempts),
             "point": dict(point),
             "factors": self.decision("optimum")["factors"],
             "outside": self.plan.outside(point),
@@ -474,10 +478,12 @@ class Chain:
         there = np.clip(here + miss * gradient / (gradient @ gradient), -1, 1)
         if np.sign(miss) * gradient @ (there - here) < LEAST_GAIN * abs(miss):
             self.say(
-                f"  validation: {mean:.2f} deg is not the measured angle, but the box has nothing nearer: it is not corrected"
+                f"  validation: {mean:.2f} deg is not shown to be the measured angle, but along the gradient the box has nothing nearer: it is not corrected"
             )
             return None
-        self.say(f"  validation: {mean:.2f} deg is not the measured angle; the setting is corrected and validated anew")
+        self.say(
+            f"  validation: {mean:.2f} deg is not shown to be the measured angle; the setting is corrected and validated anew"
+        )
         return {**point, **{f.name: float(f.physical(x)) for f, x in zip(factors, there, strict=True)}}
 
     @property
@@ -705,7 +711,11 @@ def summary(stage: str, decision: Mapping) -> str:
         gone = sum(one["lost"] for one in attempts)
         words += f"; attempt {len(attempts)}, the setting corrected to {levels(decision)}; {sum(one['heaps'] for one in attempts)} "
         words += "heaps in all" + (f", {gone} gave no angle" if gone else "")
-    return words + ("; not corrected, as the box has nothing nearer" if decision.get("nothing_nearer") else "")
+    if not decision["equivalent"] and not decision.get("attainable", True):
+        words += "; the measured angle is of so few readings that no number of heaps could show it"
+    return words + (
+        "; not corrected, as along the gradient the box has nothing nearer" if decision.get("nothing_nearer") else ""
+    )
 
 
 def known(value: float | None, form: str) -> str:

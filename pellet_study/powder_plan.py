@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import chdtrc
+from scipy.special import chdtrc, stdtrit
 
 from pellet_study import rigs
 from pellet_study.doe import validation
@@ -78,6 +78,10 @@ class Plan:
         if self.n == 1:
             return validation.Sample(self.target)
         return validation.Sample(self.target, self.sd * ((self.freedom + 1) / self.n) ** 0.5, self.freedom + 1)
+
+    def attainable(self, level: float) -> bool:
+        """Whether enough heaps could show equivalence at a level: the measured mean itself is known well enough."""
+        return self.n == 1 or stdtrit(self.freedom, 1 - level) * self.sd / self.n**0.5 < self.margin
 
     @property
     def record(self) -> dict:
@@ -224,7 +228,7 @@ def measured_angle(rows: Sequence[Measurement]) -> tuple[float, float, int, int,
             "which is taken, as the margin too"
         )
         return mean, wider, n, len(rows) - 1, (remark,)
-    return mean, sd, n, n - 1, ()
+    return mean, sd, n, sum(row.n - 1 for row in stated), ()
 
 
 def differences(there: Mapping, here: Mapping) -> list[str]:

@@ -260,7 +260,7 @@ def _validation(folder: Path, measured) -> dict:
             f"corrected to {levels(d)}; the {attempts[-1]['heaps']} heaps with other seeds there count."
         )
     if d.get("nothing_nearer"):
-        words += " The setting is not corrected, as the box has nothing nearer."
+        words += " The setting is not corrected, as along the gradient the box has nothing nearer."
     low, high = d["error_interval_percent"]
     return {
         "heading": "Powder: validation",

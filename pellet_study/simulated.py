@@ -103,7 +103,8 @@ class Simulated:
         self.numerics = {"surface_energy_exponent": SCALINGS[study.surface_energy_scaling]}
         self.ranges = {name: Factor(s.low, s.high) for name, s in study.parameters.items() if s.free}
         self.warnings: list[str] = []
-        self.dead: dict[Site, str] = {}  # cases most of whose simulations failed, and why; predicted as NaN
+        # cases most of whose simulations failed, or (case, effect) where those with an effect did, and why; NaN there
+        self.dead: dict[Site | tuple[Site, str], str] = {}
         self.simulated = 0
         self._means: dict[tuple[str, str], tuple] | None = None
         self._base: dict[Site, Surface] = {}
@@ -268,6 +269,11 @@ class Simulated:
                 together.setdefault((site.rig, site.observable), []).append(site)
         for mine in together.values():
             self._base |= dict(zip(mine, pooled([self._base[site] for site in mine]), strict=True))
+            if not any(self._base[site].free for site in mine):
+                self.warnings.append(
+                    f"{mine[0].rig}: so many simulations failed that the surfaces go through the others: how far off they "
+                    "are is not known; raise effort in study.toml"
+                )
         groups: dict[tuple[str, str, str], list[Site]] = {}
         for site, name in wanted:
             groups.setdefault((site.rig, site.observable, name), []).append(site)
@@ -297,7 +303,8 @@ class Simulated:
     def _effect_runs(self, site: Site, name: str, plan: Sequence[Point], results: Mapping) -> EffectRuns:
         with_it, lost = self._means_of(site, plan, results)
         if lost:
-            self.warnings.append(f"{lost}: what {name} would do there is not known")
+            self.dead[site, name] = f"{lost}: what {name} would do there is not known"
+            self.warnings.append(self.dead[site, name])
         without = None
         if rigs.rig(site.rig).paired:
             without, _ = self._means_of(site, [replace(p, effect=None) for p in plan], results)

@@ -163,11 +163,17 @@ def test_where_the_nothing_nearer_nothing_is_corrected_and_no_heap_is_wasted(pow
     assert {seed for seed in stub.asked if seed >= 50_000} == set(range(50_000, 50_000 + found["heaps"]))
     assert not any("corrected and validated" in line for line in said)
     text = powder_report.write(chain, decisions)
-    assert "not corrected, as the box has nothing nearer" in text and "the setting corrected" not in text
+    assert (
+        "not corrected, as along the gradient the box has nothing nearer" in text
+        and "the setting corrected" not in text
+    )
     (words,) = (
         part["words"] for part in powder_stages.powder(powder, (41.69, 0.79)) if "validation" in part["heading"]
     )
-    assert "not corrected, as the box has nothing nearer" in words[0] and "was corrected" not in words[0]
+    assert (
+        "not corrected, as along the gradient the box has nothing nearer" in words[0]
+        and "was corrected" not in words[0]
+    )
     (surface,) = (p["words"] for p in powder_stages.powder(powder, (41.69, 0.79)) if "surface" in p["heading"])
     assert "is not reachable in this box" in surface[1] and "recommended" not in surface[1]
 

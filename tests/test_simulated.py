@@ -11,12 +11,13 @@ from pellet_study import response, rigs, simulated
 from pellet_study.campaign import TOOK_LONGER
 from pellet_study.challenge.bench import BENCH
 from pellet_study.compare import calibrate
+from pellet_study.diagnose import diagnose
 from pellet_study.engine import Request
 from pellet_study.errors import SimulationError
 from pellet_study.model import Model
 from pellet_study.refine import refine
 from pellet_study.simulated import Simulated
-from pellet_study.study import load
+from pellet_study.study import Setting, load, write_effect
 from tests.make_study import command
 
 FRICTION = "seed_powder_static_friction = { value = 0.6, min = 0.4, max = 0.8 }"
@@ -176,9 +177,15 @@ def test_an_effect_that_cannot_be_simulated_silences_no_other(tmp_path, monkeypa
     points[1, model.column["adhesion.surface_energy"]] = 0.1
     points[2, model.column["plate_tilt.tilt_deg"]] = 1.0
     mean = model.predict(points).mean
-    assert np.isnan(mean[1]).all() and not model.engines["slope_slip"].dead
+    assert np.isnan(mean[1]).all() and {name for _, name in model.engines["slope_slip"].dead} == {"adhesion"}
     assert mean[2] == pytest.approx(mean[0] - 1, abs=0.1)
     assert any("jammed: what adhesion would do" in text for text in model.warnings)
+    found = diagnose(load(tmp_path / "s"))
+    assert {s.effect for s in found.ranking if "simulations failed" in s.note} == {"adhesion"}
+    assert any("what adhesion would do" in text for text in found.warnings)
+    write_effect(tmp_path / "s" / "study.toml", "adhesion", {"surface_energy": Setting(0.001, 0.0, 0.002)})
+    with pytest.raises(SimulationError, match="jammed"):
+        calibrate(load(tmp_path / "s"))
 
 
 def test_what_ran_out_of_time_is_asked_for_again(tmp_path, monkeypatch):
