@@ -1,16 +1,22 @@
-"""Sealed trials from the envelope to its opening. A stub with a closed form stands in for YADE: this tests the driver."""
+"""Sealed trials from the envelope to its opening, a stub with a closed form in YADE's place: this tests the driver. And a
+committed reading, made again by YADE."""
 
 import csv
 import json
+from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study import dispatch
+from pellet_study import dispatch, yade
 from pellet_study.challenge import sealed
+from pellet_study.challenge.bench import BENCH
 from pellet_study.challenge.demonstration import Demonstration
+from pellet_study.study import load
 
+PLACES = sorted((Path(__file__).resolve().parents[1] / "results" / "hidden_effect").glob("sealed/[0-9]*"))
+VERSION = "2023.02a"  # of the YADE that made them
 PULL = 300.0  # mm2 per J/m2: tan a = mu (1 + PULL gamma / length2), as a film that pulls on the seed would have it
 
 SLIPS = Demonstration(
@@ -95,3 +101,19 @@ def test_the_answer_does_not_look_into_the_envelope(tmp_path, asked):
     row = next(csv.DictReader(file.open(encoding="utf-8")))
     assert (place / "answer.json").read_text() == answer
     assert row["hidden"] == "" and row["added"] == "adhesion"
+
+
+@pytest.mark.skipif(not PLACES or yade.version() != VERSION, reason=f"the trials are those of YADE {VERSION}")
+def test_a_committed_reading_repeats_to_its_last_digit(tmp_path):
+    """The first row of a trial, sixty rebounds from its envelope on."""
+    number, truth = next(
+        (int(place.name), truth)
+        for place in PLACES[len(PLACES) // 2 :]
+        if (truth := json.loads((place / "sealed.json").read_text(encoding="utf-8")))["kind"] == "one"
+    )
+    cases = sealed._cases(BENCH, number, truth)[: BENCH.simulated("rebound")]
+    found = dispatch.run(cases, tmp_path / ".store", workers=1, quiet=True)["rebound_height_mm"]
+    committed = load(PLACES[number]).rows[0]
+    assert committed.rig == "rebound" and len(found) == committed.n == 60
+    assert found.mean() == pytest.approx(committed.value, rel=1e-5)
+    assert found.std(ddof=1) == pytest.approx(committed.sd, rel=1e-5)
