@@ -95,14 +95,16 @@ def simulate(case: dict) -> dict:
 
     def rise() -> float:
         """Height of the centre above its height at rest on the plate, along the vertical."""
-        return touch - scene.rest_height - sum(d * (x - x0) for d, x, x0 in zip(down, state.pos, start, strict=True))
+        position = state.pos
+        return touch - scene.rest_height - (down[0] * (position[0] - start[0]) + down[2] * (position[2] - start[2]))
 
     highest, looks = -scene.reach, 0
     while True:
         scene.run(STEPS_BETWEEN_LOOKS)
         looks += 1
-        upward = -sum(d * v for d, v in zip(down, state.vel, strict=True))
-        highest = max(highest, rise())
+        velocity, here = state.vel, rise()
+        upward = -(down[0] * velocity[0] + down[2] * velocity[2])
+        highest = max(highest, here)
         clear_now = state.pos[2] > scene.reach
         if clear_now:  # height over the plate is concave in time: clear all the way to the apex if clear there
             if "force" in effects:
@@ -111,9 +113,9 @@ def simulate(case: dict) -> dict:
                 t = max(upward, 0.0) / GRAVITY
                 apex, over_plate = 0.5 * upward * t, state.vel[2] * t - 0.5 * GRAVITY * cos(tilt) * t * t
             if state.pos[2] + over_plate > scene.reach:
-                height = max(highest, rise() + apex)
+                height = max(highest, here + apex)
                 break
-        energy = scene.kinetic_energy() + GRAVITY * rise()
+        energy = scene.kinetic_energy() + GRAVITY * here
         if energy < GRAVITY * highest and energy + scene.elastic_energy() < GRAVITY * highest:
             height = highest  # too little energy is left to get higher
             break

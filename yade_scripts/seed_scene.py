@@ -161,6 +161,7 @@ class SeedScene:
             InteractionLoop,
             NewtonIntegrator,
             O,
+            Vector3,
         )
 
         self.newton = NewtonIntegrator(
@@ -178,15 +179,13 @@ class SeedScene:
             self.newton,
         ]
         O.dt = self.time_step
-        self.step = O.step
-        self._touching: list[tuple] = []  # (contact, its physics, its geometry), while they last
+        self.omega, self.interactions, self.vector = O, O.interactions, Vector3
+        self._touching: list[Touch] = []
         self._known_interactions = 0
         self._out_of_reach = 0  # steps in which no member can come to a plate it does not touch
-        places = ("contact", "restitution", "tangential_stiffness", "friction", "rolling")
-        self._at_contacts = any(place in self.effects for place in places)
-        if self._at_contacts or "force" in self.effects:
-            self.step = self._step_with_effects
-        self._momentum, self._twice_energy = None, 0.0
+        self.step = self._stepper(O.step)
+        self._inertia = tuple(self.state.inertia)
+        self._momentum, self._flown_from, self._twice_energy = None, None, None
 
     def restitution(self, speed: float) -> float:
         """Coefficient of restitution at a normal approach speed (m/s), kept inside the range of the contact law."""
@@ -199,52 +198,63 @@ class SeedScene:
         """Force of the effects on the centre of mass (N) at a velocity (m/s)."""
         return self.effects.at("force", (0.0, 0.0, 0.0), velocity, self.volume)
 
-    def _step_with_effects(self) -> None:
-        """One step; then what the effects make of the contacts and of the motion, in force from the next step on."""
-        from yade import O
+    def _stepper(self, step):
+        """One step; then what the effects make of the contacts and of the motion, in force from the next step on.
 
-        effects, state = self.effects, self.state
-        if "force" in effects and O.iter % STEPS_BETWEEN_FORCES == 0:
-            O.forces.setPermF(self.clump, self.force(state.vel))
-        if not self._at_contacts:
-            O.step()
-            return
-        if "restitution" in effects:  # for the first step of a contact, in which only its functor can be told
-            if self._out_of_reach > 0:
-                self._out_of_reach -= 1
-            else:
-                self.contacts.physics[0].betan.val = contacts.damping_ratio(self.restitution(self._approach()))
-        motion = state.pos, state.vel, state.angVel
-        O.step()
-        self._look_for_contacts(motion)
-        touching = self._touching
-        if not touching and "rolling" not in effects:
-            return
-        if "contact" in effects and self._adhesive:
-            self._limit_adhesive(touching)
-        elif "friction" in effects:
-            mu = self._friction(touching)
-            for _, phys, _ in touching:
-                phys.tangensOfFrictionAngle = mu
-        if "rolling" in effects:
-            O.forces.setPermT(self.clump, self._rolling_moment(touching))
+        It runs once a step, beside one microsecond of YADE's own for each contact: what it needs is looked up here.
+        """
+        effects, state, omega, forces = self.effects, self.state, self.omega, self.omega.forces
+        forced, new, rolls = "force" in effects, "restitution" in effects, "rolling" in effects
+        adhesive, friction = "contact" in effects and self._adhesive, "friction" in effects
+        if new or rolls or friction or "contact" in effects or "tangential_stiffness" in effects:
+            at_contacts = self._look_for_contacts
+        elif forced:
+            at_contacts = None
+        else:
+            return step
 
-    def _look_for_contacts(self, motion) -> None:
-        """Note the contacts where they have changed; new ones begin with the motion before the step."""
-        from yade import O
+        def step_with_effects() -> None:
+            if forced and omega.iter % STEPS_BETWEEN_FORCES == 0:
+                forces.setPermF(self.clump, self.force(state.vel))
+            if at_contacts is None:
+                step()
+                return
+            before = None
+            if new:  # for the first step of a contact, in which only its functor can be told
+                if self._out_of_reach > 0:
+                    self._out_of_reach -= 1
+                else:
+                    self.contacts.physics[0].betan.val = contacts.damping_ratio(self.restitution(self._approach()))
+                before = state.pos
+            step()
+            at_contacts(before)
+            touching = self._touching
+            if touching and adhesive:
+                self._limit_adhesive(touching)
+            elif touching and friction:
+                mu = self._friction(touching)
+                for touch in touching:
+                    touch.slides_at(mu)
+            if rolls:
+                forces.setPermT(self.clump, self._rolling_moment(touching))
 
-        known, touching = O.interactions, self._touching
+        return step_with_effects
+
+    def _look_for_contacts(self, before) -> None:
+        """Note the contacts where they have changed; `before` is where the centre was before the step."""
+        known, touching = self.interactions, self._touching
         if known.countReal() == len(touching) and len(known) == self._known_interactions:
-            for contact, _, _ in touching:
-                if not contact.isReal:
+            for touch in touching:
+                if not touch.contact.isReal:
                     break
             else:
                 return
-        self._touching = [(contact, contact.phys, contact.geom) for contact in known]
+        self._touching = [Touch(contact) for contact in known]
         self._known_interactions, self._out_of_reach = len(known), 0
-        for contact, phys, geom in self._touching:
-            if contact.iterMadeReal == O.iter - 1:
-                self._new_contact(phys, geom, *motion)
+        now = self.omega.iter - 1
+        for touch in self._touching:
+            if touch.contact.iterMadeReal == now:
+                self._new_contact(touch.phys, touch.geom, before)
 
     def _approach(self) -> float:
         """Normal approach speed (m/s) of the point of the seed nearest to a plate.
@@ -252,25 +262,26 @@ class SeedScene:
         Notes for how many steps no member can come to a plate it does not touch, whatever the contacts do meanwhile:
         none is faster than all the energy could make it.
         """
-        from yade import O, Vector3
-
         state = self.state
-        touched = {(contact.id1, contact.id2) for contact, _, _ in self._touching}
-        toward, nearest, speed, away = state.ori.conjugate(), np.inf, 0.0, self.reach
+        touched = {(touch.contact.id1, touch.contact.id2) for touch in self._touching}
+        orientation, position = state.ori, state.pos
+        toward, nearest, speed, away = orientation.conjugate(), np.inf, 0.0, self.reach
         for plate, normal, level in self.plates:
-            across = np.array(toward * normal)
-            heights = self.local @ across - self.radii
-            lowest = int(heights.argmin())
-            above = state.pos.dot(normal) - level
-            gap = above + heights[lowest]
+            across = toward * normal
+            across = np.array((across[0], across[1], across[2]))
+            heights = (self.local @ across - self.radii).tolist()
+            gap = min(heights)
+            lowest = heights.index(gap)
+            above = position.dot(normal) - level
+            gap += above
             if gap < nearest:
-                arm = state.ori * Vector3(*(self.local[lowest] - self.radii[lowest] * across))
+                arm = orientation * self.vector(*(self.local[lowest] - self.radii[lowest] * across).tolist())
                 nearest, speed = gap, abs((state.vel + state.angVel.cross(arm)).dot(normal))
             for member, height in zip(self.members, heights, strict=True):
                 if (plate, member) not in touched and (member, plate) not in touched:
                     away = min(away, above + height)
         energy = self.kinetic_energy() + 3 * max(0.0, self.elastic_energy()) + GRAVITY * self.reach
-        self._out_of_reach = max(0, int(away / (self._fastest_member * sqrt(2 * energy) * O.dt)) - 1)
+        self._out_of_reach = max(0, int(away / (self._fastest_member * sqrt(2 * energy) * self.omega.dt)) - 1)
         return speed
 
     def _friction(self, touching) -> float:
@@ -278,7 +289,7 @@ class SeedScene:
         mu = self.pair.static_friction
         if "friction" not in self.effects:
             return mu
-        return self.effects.at("friction", mu, sum([phys.normalForce.norm() for _, phys, _ in touching]))
+        return self.effects.at("friction", mu, sum([touch.force.norm() for touch in touching]))
 
     def _limit_adhesive(self, touching) -> None:
         """Limits mu (Fn + Fa) of sliding and mu_r R (Fn + Fa) of rolling at each contact, Fa the adhesion.
@@ -288,19 +299,18 @@ class SeedScene:
         does not serve: there it is held.
         """
         mu, rolling = self._friction(touching), self.pair.rolling_friction * self.rest_height
-        for _, phys, geom in touching:
-            normal, adhesion = phys.normalForce.dot(geom.normal), phys.adhesionForce
-            if normal < 0:
-                phys.tangensOfFrictionAngle = mu * (max(0.0, adhesion + normal) / (adhesion - normal))
-            else:
-                phys.tangensOfFrictionAngle = mu
+        for touch in touching:
+            normal, adhesion = touch.force.dot(touch.normal), touch.adhesion
+            limit = normal + adhesion if normal > -adhesion else 0.0
+            touch.slides_at(mu if normal >= 0 else mu * (limit / (adhesion - normal)))
             if rolling > 0:
-                phys.maxBendPl = rolling * (max(0.0, normal + adhesion) / max(abs(normal), 0.05 * adhesion))
+                size, least = abs(normal), 0.05 * adhesion
+                touch.phys.maxBendPl = rolling * (limit / (size if size > least else least))
 
-    def _new_contact(self, phys, geom, position, velocity, spin) -> None:
-        """Damping by the approach speed at the touch, and tangential stiffness; both stay for the contact's life."""
+    def _new_contact(self, phys, geom, before) -> None:
+        """Damping by the approach speed after its first step, and tangential stiffness; both stay for the contact's life."""
         if "restitution" in self.effects:
-            velocity = velocity + spin.cross(geom.contactPoint - position)
+            velocity = self.state.vel + self.state.angVel.cross(geom.contactPoint - before)
             phys.betan = contacts.damping_ratio(self.restitution(abs(velocity.dot(geom.normal))))
         if "tangential_stiffness" in self.effects:
             stiffness = "kso" if self._adhesive else "ks"
@@ -309,23 +319,19 @@ class SeedScene:
 
     def _rolling_moment(self, touching):
         """Moment on the seed (N m) of the rolling friction beyond the constant one, against the rolling."""
-        from yade import Vector3
-
-        moment, spin, radius = Vector3(0, 0, 0), self.state.angVel, self.rest_height
-        for _, phys, geom in touching:
-            normal = geom.normal
+        moment, spin, radius = self.vector(0, 0, 0), self.state.angVel, self.rest_height
+        for touch in touching:
+            normal = touch.normal
             rolling = spin - normal * spin.dot(normal)
             rate = rolling.norm()
             if rate > 0:
                 coefficient = self.effects.at("rolling", 0.0, rate * radius)
-                moment -= rolling * (coefficient * radius * phys.normalForce.norm() / rate)
+                moment -= rolling * (coefficient * radius * touch.force.norm() / rate)
         return moment
 
     def forget_contacts(self) -> None:
         """Let the contacts begin anew: the seed has been put elsewhere."""
-        from yade import O
-
-        O.interactions.clear()
+        self.interactions.clear()
         self._touching = []
 
     def clearance(self) -> float:
@@ -333,7 +339,8 @@ class SeedScene:
         toward = self.state.ori.conjugate()
         nearest = np.inf
         for _, normal, level in self.plates:
-            across = np.array(toward * normal)
+            across = toward * normal
+            across = np.array((across[0], across[1], across[2]))
             height = self.state.pos.dot(normal) - level
             nearest = min(nearest, height + float((self.local @ across - self.radii).min()))
         return nearest
@@ -345,26 +352,28 @@ class SeedScene:
         1000 rad/s and a step of 6 us). Angular momentum stays exact, so a flight is known by its unchanged angular
         momentum, and the seed is turned, by the least angle, to the energy it had.
         """
-        from yade import O, Quaternion, Vector3
-
-        state = self.state
-        fastest = state.vel.norm() + state.angVel.norm() * self.reach
-        fastest += max(1e-2, GRAVITY * steps * LONGEST_FLIGHT_STEP * self.time_step)  # more than gravity adds meanwhile
-        free_steps = (self.clearance() - 1e-6) / (fastest * self.time_step)
-        O.dt = self.time_step * min(max(1.0, free_steps / steps), LONGEST_FLIGHT_STEP)
+        state, omega = self.state, self.omega
+        if self.interactions.countReal():
+            longer = 1.0
+        else:
+            fastest = state.vel.norm() + state.angVel.norm() * self.reach
+            fastest += max(1e-2, GRAVITY * steps * LONGEST_FLIGHT_STEP * self.time_step)  # more than gravity adds meanwhile
+            free_steps = (self.clearance() - 1e-6) / (fastest * self.time_step)
+            longer = min(max(1.0, free_steps / steps), LONGEST_FLIGHT_STEP)
+        omega.dt = self.time_step * longer
         self._out_of_reach = 0  # counted in steps of another length
         step = self.step
         for _ in range(steps):
             step()
-        momentum = Vector3(state.angMom)
-        in_body = state.ori.conjugate() * momentum
-        spin = Vector3(*(a / b for a, b in zip(in_body, state.inertia, strict=True)))
-        twice_energy = in_body.dot(spin)
-        if not isfinite(twice_energy + state.vel.dot(state.vel)):
+        momentum, orientation = self.vector(state.angMom), state.ori
+        if not isfinite(momentum.dot(momentum) + state.vel.dot(state.vel)):
             raise Failed("blew up: the seed's motion is no longer a number; a smaller time_step_fraction is needed")
         if momentum != self._momentum:
-            self._momentum, self._twice_energy = momentum, twice_energy
+            self._momentum, self._flown_from, self._twice_energy = momentum, orientation, None
             return
+        if self._twice_energy is None:
+            self._twice_energy = self._of_rotation(self._flown_from, momentum)[2]
+        in_body, spin, twice_energy = self._of_rotation(orientation, momentum)
         square = in_body.dot(in_body)
         if square == 0:
             return
@@ -375,16 +384,23 @@ class SeedScene:
         turn = in_body.cross(across) * ((self._twice_energy - twice_energy) / (2 * slope * square))
         angle = turn.norm()
         if angle > 0:
+            from yade import Quaternion
+
             state.ori = state.ori * Quaternion(turn / angle, -angle)
+
+    def _of_rotation(self, orientation, momentum):
+        """Angular momentum (N m s) and velocity (1/s) in the seed's axes, and twice the energy of the rotation (J)."""
+        in_body = orientation.conjugate() * momentum
+        x, y, z = self._inertia
+        spin = self.vector(in_body[0] / x, in_body[1] / y, in_body[2] / z)
+        return in_body, spin, in_body.dot(spin)
 
     def elastic_energy(self) -> float:
         """Energy the contacts can give back per mass, m2/s2: elastic less the work against adhesion, sideways parts left
         out.
         """
-        from yade import O
-
         stored = 0.0
-        for contact in O.interactions:
+        for contact in self.interactions:
             phys, overlap = contact.phys, max(0.0, contact.geom.penetrationDepth)
             if self._adhesive:
                 stored += 0.4 * phys.kno * overlap**2.5 - phys.adhesionForce * overlap
@@ -395,7 +411,25 @@ class SeedScene:
     def kinetic_energy(self) -> float:
         """Kinetic energy per mass, m2/s2, rotation included."""
         state = self.state
-        return 0.5 * state.vel.dot(state.vel) + 0.5 * state.angVel.dot(state.angMom) / self.mass
+        velocity = state.vel
+        return 0.5 * velocity.dot(velocity) + 0.5 * state.angVel.dot(state.angMom) / self.mass
+
+
+class Touch:
+    """A contact while it lasts; `force` and `normal` are YADE's own vectors, which it changes in place."""
+
+    __slots__ = ("contact", "phys", "geom", "force", "normal", "adhesion", "friction")
+
+    def __init__(self, contact):
+        self.contact, self.phys, self.geom = contact, contact.phys, contact.geom
+        self.force, self.normal = self.phys.normalForce, self.geom.normal
+        self.adhesion = getattr(self.phys, "adhesionForce", 0.0)
+        self.friction = None
+
+    def slides_at(self, friction: float) -> None:
+        """Set the friction coefficient, where it is another one than was set last."""
+        if friction != self.friction:
+            self.phys.tangensOfFrictionAngle = self.friction = friction
 
 
 def lowest(points: np.ndarray, radii: np.ndarray, normal) -> float:
