@@ -94,9 +94,10 @@ class SeedScene:
         self.reach = float(
             (np.linalg.norm(centres, axis=1) + self.radii).max()
         )  # no part of the seed is farther from its centre
-        arms = [np.sum(c**2) * np.eye(3) - np.outer(c, c) for c in centres]  # |w x c|^2 = w arm w
-        share = max(np.linalg.eigvalsh(self.mass * arm / np.sqrt(np.outer(inertia, inertia)))[-1] for arm in arms)
-        self._fastest_member = sqrt(1 + share)  # times sqrt(2 energy/mass): no member's centre is faster
+        if "restitution" in effects:
+            arms = [np.sum(c**2) * np.eye(3) - np.outer(c, c) for c in centres]  # |w x c|^2 = w arm w
+            share = max(np.linalg.eigvalsh(self.mass * arm / np.sqrt(np.outer(inertia, inertia)))[-1] for arm in arms)
+            self._fastest_member = sqrt(1 + share)  # times sqrt(2 energy/mass): no member's centre is faster
         self.points = centres @ rotation.T
         self.rotation = rotation
         self.time_step = numerics["time_step_fraction"] * contacts.rayleigh_step(float(self.radii.min()), seed)
@@ -201,7 +202,7 @@ class SeedScene:
     def _stepper(self, step):
         """One step; then what the effects make of the contacts and of the motion, in force from the next step on.
 
-        It runs once a step, beside one microsecond of YADE's own for each contact: what it needs is looked up here.
+        A step of YADE's own takes some microseconds, no more than Python's: what it needs is looked up once, here.
         """
         effects, state, omega, forces = self.effects, self.state, self.omega, self.omega.forces
         forced, new, rolls = "force" in effects, "restitution" in effects, "rolling" in effects
@@ -215,7 +216,8 @@ class SeedScene:
 
         def step_with_effects() -> None:
             if forced and omega.iter % STEPS_BETWEEN_FORCES == 0:
-                forces.setPermF(self.clump, self.force(state.vel))
+                velocity = state.vel
+                forces.setPermF(self.clump, self.force((velocity[0], velocity[1], velocity[2])))
             if at_contacts is None:
                 step()
                 return

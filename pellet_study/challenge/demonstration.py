@@ -30,6 +30,9 @@ class Demonstration:
         readings scatter by the instrument
     other_numerics : {rig: numerics} of every second trial
     trials : {kind: how many}; kinds are `one`, `nothing`, `outside`
+    weak : trials after these that hide one effect at lambda 4
+    strength_seeds : {rig: simulations a row, with and without what is hidden, from which its strength is measured}; none:
+        strengths are those on the response surfaces
     known : {parameter: value} known for every row
     held_out : places of the rows that are kept back
     candidates : effects that diagnose may consider; None: all that act
@@ -47,6 +50,8 @@ class Demonstration:
     scatter: Mapping[str, float]
     other_numerics: Mapping[str, Mapping[str, float]]
     trials: Mapping[str, int]
+    weak: int = 0
+    strength_seeds: Mapping[str, int] = field(default_factory=dict)
     instrument_sd: Mapping[str, float] = field(default_factory=dict)
     known: Mapping[str, float] = field(default_factory=dict)
     held_out: frozenset[int] = frozenset()
@@ -130,6 +135,6 @@ class Demonstration:
         return 1 if rig in self.instrument_sd else self.repeats[rig]
 
     def kinds(self) -> list[str]:
-        """What each trial hides, in the order of the trials: any prefix of the campaign has its share of each."""
+        """What each trial hides, in the order of the trials: any prefix has its share of each kind but `weak`, the last."""
         places = [((k + 0.5) / n, kind) for kind, n in self.trials.items() for k in range(n)]
-        return [kind for _, kind in sorted(places)]
+        return [kind for _, kind in sorted(places)] + ["weak"] * self.weak

@@ -57,13 +57,22 @@ class Stored:
         """(n,) readings a row."""
         return np.array([self.of.repeats[case.rig] for case in self.model.cases])
 
-    def strength(self, parameters: Mapping[str, float], effects: Mapping[str, float]) -> float:
+    def strength(self, parameters: Mapping[str, float], effects: Mapping[str, float], shown=None) -> float:
         """Lambda: root of the chi2 the base model, calibrated, leaves on noise-free readings.
 
         What the uncertainty of the effect's own surfaces is expected to give is taken out of it.
+
+        Parameters
+        ----------
+        shown : what the effects make of each row, (n,) factors and the variances of these; by default the surfaces'
         """
-        mean, variance = self.readings(parameters, effects)
-        _, without = self.readings(parameters, {})
+        base, without = self.readings(parameters, {})
+        if shown is None:
+            mean, variance = self.readings(parameters, effects)
+        else:
+            factor, uncertain = shown
+            mean, without = factor * base, factor**2 * without
+            variance = without + base**2 * uncertain
         sd = np.array([self.of.reading_sd(case.rig, y) for case, y in zip(self.model.cases, mean, strict=True)])
         sd = np.sqrt(sd**2 / self.repeats + variance)
         fitted = np.array([k for k in range(len(mean)) if k not in self.of.held_out])

@@ -26,9 +26,11 @@ from pellet_study.refine import Refinement, refine
 from pellet_study.study import load
 
 STRENGTHS = (6.0, 8.0, 10.0, 13.0)
+WEAK = 4.0
 OUTSIDE_AMOUNTS = {"plate_resonance": 0.5, "friction_hump": 0.3}
 FIRST_SEED = 100_000_000  # the model's seeds lie below, or far above
 SEEDS_A_TRIAL = 1_000
+FIRST_OF_STRENGTHS = 1_000_000_000
 
 
 def seal(number: int, folder: Path, stored: Stored, effects: Sequence[str]) -> None:
@@ -36,7 +38,8 @@ def seal(number: int, folder: Path, stored: Stored, effects: Sequence[str]) -> N
 
     Parameters
     ----------
-    effects : names of those hidden in turn; one that does not reach the strength drawn is hidden at its physical limit
+    effects : names of those hidden in turn; one that does not reach the strength drawn is hidden at its physical limit, a
+        weak one gives way to the next that does
     """
     kinds = stored.of.kinds()
     kind = kinds[number]
@@ -53,11 +56,18 @@ def seal(number: int, folder: Path, stored: Stored, effects: Sequence[str]) -> N
         wanted = STRENGTHS[(turn // len(effects) + turn) % len(STRENGTHS)]
         amount = stored.size(parameters, name, wanted, sign)
         hidden = {name: limit if amount is None else amount}
+    elif kind == "weak":
+        reached = {}
+        for name in dict.fromkeys(effects):
+            sign = 1 if stored.study.catalogue.effects[name].sides == 1 or rng.random() < 0.5 else -1
+            reached[name] = stored.size(parameters, name, WEAK, sign)
+        reached = [(name, amount) for name, amount in reached.items() if amount is not None]
+        hidden = dict([reached[turn % len(reached)]]) if reached else {}
     elif kind == "outside":
         name = list(OUTSIDE_AMOUNTS)[turn % len(OUTSIDE_AMOUNTS)]
         hidden = {name: OUTSIDE_AMOUNTS[name]}
     truth = {
-        "kind": kind,
+        "kind": "one" if kind == "weak" else kind,
         "effects": hidden,
         "parameters": parameters,
         "numerics": "other" if (turn + (turn // len(effects) if kind == "one" else 0)) % 2 else "the model's",
@@ -102,15 +112,16 @@ def _truth(folder: Path, number: int) -> dict:
     return json.loads((folder / f"{number:02d}" / "sealed.json").read_text(encoding="utf-8"))
 
 
-def _cases(of: Demonstration, number: int, truth: Mapping) -> list[dict]:
+def _acting(of: Demonstration, rig: str, truth: Mapping) -> dict[str, dict[str, float]]:
+    """What is hidden in a rig, as a case holds it."""
     known = {**of.catalogue.effects, **outside()}
+    return {name: {known[name].amount: v} for name, v in truth["effects"].items() if name in rigs.rig(rig).effects}
+
+
+def _cases(of: Demonstration, number: int, truth: Mapping) -> list[dict]:
     cases = []
     for k, (rig, given) in enumerate(of.conditions):
-        acting = {
-            name: {known[name].amount: amount}
-            for name, amount in truth["effects"].items()
-            if name in rigs.rig(rig).effects
-        }
+        acting = _acting(of, rig, truth)
         first = FIRST_SEED + (number * len(of.conditions) + k) * SEEDS_A_TRIAL
         for seed in range(first, first + of.simulated(rig)):
             cases.append(
@@ -124,6 +135,48 @@ def _cases(of: Demonstration, number: int, truth: Mapping) -> list[dict]:
                 )
             )
     return cases
+
+
+def weigh(stored: Stored, numbers: Sequence[int], folder: Path, store: Path, workers: int | None = None) -> None:
+    """Measure what some trials hide by the model's own simulations with and without it, with the same seeds: strength.json.
+
+    At the physical limit an effect's surface may be far off; here its factor on each row comes from simulations there.
+    """
+    of, asked, cases = stored.of, [], []
+    for n in numbers:
+        truth = _truth(folder, n)
+        for k, (rig, given) in enumerate(of.conditions):
+            acting = _acting(of, rig, truth)
+            if not acting or not of.strength_seeds:
+                continue
+            first = FIRST_OF_STRENGTHS + (n * len(of.conditions) + k) * SEEDS_A_TRIAL
+            seeds = range(first, first + of.strength_seeds[rig])
+            parameters = {**truth["parameters"], **of.known}
+            for effects in (acting, {}):
+                asked.append((n, k, len(cases), len(cases) + len(seeds)))
+                cases += [
+                    rigs.case(rig, seed=s, parameters=parameters, conditions=given, effects=effects) for s in seeds
+                ]
+    table = dispatch.run(cases, store, workers=workers) if cases else None
+    factors = {n: (np.ones(len(of.conditions)), np.zeros(len(of.conditions))) for n in numbers}
+    for (n, k, *with_it), (_, _, *without) in zip(asked[::2], asked[1::2], strict=True):
+        shown, plain = (table[of.observables[of.conditions[k][0]]].iloc[slice(*part)].to_numpy(float) for part in (with_it, without))
+        both = np.isfinite(shown) & np.isfinite(plain)
+        if both.sum() > 1 and plain[both].mean() > 0:
+            factor = shown[both].mean() / plain[both].mean()
+            scatter = np.var(shown[both] - factor * plain[both], ddof=1) / both.sum() / plain[both].mean() ** 2
+            factors[n][0][k], factors[n][1][k] = factor, scatter
+    for n in numbers:
+        truth = _truth(folder, n)
+        found = stored.strength(truth["parameters"], truth["effects"], factors[n])
+        (folder / f"{n:02d}" / "strength.json").write_text(json.dumps({"lambda": round(found, 3)}) + "\n", encoding="utf-8")
+
+
+def _to_weigh(stored: Stored, number: int, folder: Path) -> bool:
+    """Whether a trial's strength is still to be measured: one candidate is hidden, which acts in the simulations."""
+    hidden, known = _truth(folder, number)["effects"], stored.study.catalogue.effects
+    simulated = bool(hidden) and all(name in known and known[name].reading is None for name in hidden)
+    return bool(stored.of.strength_seeds) and simulated and not (folder / f"{number:02d}" / "strength.json").exists()
 
 
 def answer(place: Path, stored: Stored) -> tuple[Refinement, Comparison]:
@@ -149,11 +202,16 @@ def answer(place: Path, stored: Stored) -> tuple[Refinement, Comparison]:
 def opened(stored: Stored, number: int, folder: Path, found: Refinement, after: Comparison) -> dict:
     """The truth beside the answer, as a row of the trials' table; effects that are one class have one name there.
 
-    Strengths are those on the present surfaces, the envelope has that of the day it was sealed.
+    Strengths are those measured, else those on the present surfaces; the envelope has that of the day it was sealed.
     """
     of, truth = stored.of, _truth(folder, number)
-    known = set(truth["effects"]) <= set(stored.study.catalogue.effects)
-    lam = stored.strength(truth["parameters"], truth["effects"]) if known else None
+    measured = folder / f"{number:02d}" / "strength.json"
+    if measured.exists():
+        lam = json.loads(measured.read_text(encoding="utf-8"))["lambda"]
+    elif set(truth["effects"]) <= set(stored.study.catalogue.effects):
+        lam = stored.strength(truth["parameters"], truth["effects"])
+    else:
+        lam = None
     row = described(found, truth["parameters"], truth["effects"])
     classes = ("+".join(sorted({of.same.get(n, n) for n in names})) for names in found.tied)
     return {
@@ -222,11 +280,15 @@ def run(
         measure(of, waiting[start : start + TOGETHER], folder, store, workers)
         if show is not None:
             show(count - len(waiting) + start + TOGETHER, count)
+    measured = [n for n in range(count) if (folder / f"{n:02d}" / "measurements.csv").exists()]
+    waiting = [n for n in measured if _to_weigh(stored, n, folder)]
+    for start in range(0, len(waiting), TOGETHER):
+        if time.monotonic() > until:
+            break
+        weigh(stored, waiting[start : start + TOGETHER], folder, store, workers)
     rows = []
-    for number in range(count):
-        place = folder / f"{number:02d}"
-        if (place / "measurements.csv").exists():
-            rows.append(opened(stored, number, folder, *answer(place, stored)))
+    for number in measured:
+        rows.append(opened(stored, number, folder, *answer(folder / f"{number:02d}", stored)))
     file = folder / "sealed.csv"
     with file.open("w", newline="", encoding="utf-8") as stream:
         writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
