@@ -359,7 +359,7 @@ class SeedScene:
             longer = 1.0
         else:
             fastest = state.vel.norm() + state.angVel.norm() * self.reach
-            fastest += max(1e-2, GRAVITY * steps * LONGEST_FLIGHT_STEP * self.time_step)  # more than gravity adds meanwhile
+            fastest += max(1e-2, GRAVITY * steps * LONGEST_FLIGHT_STEP * self.time_step)  # more than gravity adds
             free_steps = (self.clearance() - 1e-6) / (fastest * self.time_step)
             longer = min(max(1.0, free_steps / steps), LONGEST_FLIGHT_STEP)
         omega.dt = self.time_step * longer
