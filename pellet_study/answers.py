@@ -6,8 +6,9 @@ from dataclasses import asdict
 from pathlib import Path
 
 from pellet_study.compare import Calibrated, Comparison, surface_error
-from pellet_study.diagnose import Diagnosis, NextMeasurement
+from pellet_study.diagnose import Diagnosis
 from pellet_study.errors import InputError
+from pellet_study.next_measurement import NextMeasurement
 from pellet_study.pages import drift_words
 from pellet_study.refine import Refinement
 

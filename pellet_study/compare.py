@@ -470,6 +470,13 @@ def covariance(fitted: Fit) -> np.ndarray:
     return np.linalg.pinv(fitted.jacobian.T @ fitted.jacobian, rcond=1e-12, hermitian=True)
 
 
+def unit_of_chi2(state: Calibrated, fitted: Fit) -> float:
+    """The chi2 that counts as one: a fit's residual scatter where it exceeds the stated one or none is stated."""
+    dof = max(len(state.evidence.case) - len(fitted.problem.free), 1)
+    ratio = fitted.chi2 / dof
+    return max(1.0, ratio / EXCESS) if state.evidence.scale_known else max(ratio, 1e-12)
+
+
 def intervals_of(state: Calibrated) -> tuple[dict[str, tuple[float, float]], tuple[str, ...]]:
     """95 % intervals theta +- t b se, cut at the bounds, and the names of the constants the data do not pin down."""
     fitted, evidence = state.fit, state.evidence

@@ -7,8 +7,7 @@
 3. Refit of every candidate within its physical range; ranking by chi2; a candidate explains where neither lack of fit
    nor a drifting constant is left, and where its own fitted size is one number over all sizes, conditions and rigs.
    All that explain and lie within TIE of the best are tied; pairs are looked at where no single effect explains.
-4. The next measurement: where the rivals' predictions differ most over the uncertainty of that difference
-   (Buzzi-Ferraris & Forzatti 1983, doi:10.1016/0009-2509(83)80012-8; Box & Hill 1967, doi:10.2307/1266318).
+4. The next measurement, which would separate the rivals (`next_measurement`).
 """
 
 from collections.abc import Iterable, Sequence
@@ -21,7 +20,6 @@ from scipy import special
 from pellet_study.calibrate import Fit, Problem, fit_many
 from pellet_study.compare import (
     DRIFT,
-    EXCESS,
     LACK_IN_A_RIG,
     VISIBLE,
     Calibrated,
@@ -35,11 +33,12 @@ from pellet_study.compare import (
     lack_by_rig,
     lack_of_fit,
     largest_null,
-    reading_sd,
     standardised,
+    unit_of_chi2,
     with_own_noise,
 )
-from pellet_study.model import Case, Model
+from pellet_study.model import Model
+from pellet_study.next_measurement import FEW_LEVELS, NextMeasurement, next_measurement
 from pellet_study.study import Study
 
 GATE = 0.035  # for the first effect; lack of fit, drift and what sds found from readings cost spend the rest of 5 %
@@ -54,9 +53,6 @@ DISTINCT = 0.25  # share of a signature that must be left beside an explanation 
 PAIRS_REFITTED = 14
 STEP = 3.0  # standard errors, the size at which signatures are taken
 PLAUSIBLE = 4.0  # chi2 by which a fit beyond the physical range must be better to be called implausible
-LEVELS = 9  # per condition, of the measurements that could come next
-FEW_LEVELS = 3
-SEPARATES = 4.0
 
 
 @dataclass(frozen=True)
@@ -96,18 +92,6 @@ class Suspect:
     note: str
     beyond: dict[str, float]
     beyond_chi2_drop: float | None = None
-
-
-@dataclass(frozen=True)
-class NextMeasurement:
-    """What to measure, and what each rival predicts there (with its own uncertainty and that of the reading)."""
-
-    rig: str
-    observable: str
-    conditions: dict[str, float]
-    predictions: dict[str, float]
-    uncertainties: dict[str, float]
-    separation: float
 
 
 @dataclass(frozen=True)
@@ -153,10 +137,12 @@ def diagnose(
     comparison: Comparison | None = None,
     propose: bool = True,
     rank: bool = True,
+    ties_only: bool = False,
 ) -> Diagnosis:
     """Rank the effects a study's model lacks; changes nothing.
 
-    Without `rank` the candidates are refitted only where the verdict needs it.
+    Without `rank` the candidates are refitted only where the verdict needs it; without `propose` no next measurement is
+    looked for, with `ties_only` none that separates the only explanation from the next best.
     """
     state = state or calibrate(study)
     comparison = comparison or compare(study, state)
@@ -219,9 +205,9 @@ def diagnose(
         verdict, tied = "tied", tuple(r.effects for r in chosen)
     rest = sorted((r for r in rivals if r.effects not in {c.effects for c in chosen}), key=lambda r: r.fit.chi2)
     proposal = None
-    if chosen and propose:
+    if propose and len(chosen) > (1 if ties_only else 0):
         pool = chosen if len(chosen) > 1 else [*chosen, *_runner_up(rest, beyond)]
-        proposal = next_measurement(state, pool)
+        proposal = next_measurement(state, {r.effects: r.fit for r in pool})
         if proposal is None and len(chosen) > 1:
             warnings.append("no measurement within the possible conditions separates the tied explanations")
     if needed and not open_gate:
@@ -463,13 +449,6 @@ def signature_left(state: Calibrated, fitted: Fit, names: Sequence[str], shown: 
     return exceedance(largest_null(unit, basis, state.evidence, two_sided=False), z.max())
 
 
-def unit_of_chi2(state: Calibrated, fitted: Fit) -> float:
-    """The chi2 that counts as one: a fit's residual scatter where it exceeds the stated one or none is stated."""
-    dof = max(len(state.evidence.case) - len(fitted.problem.free), 1)
-    ratio = fitted.chi2 / dof
-    return max(1.0, ratio / EXCESS) if state.evidence.scale_known else max(ratio, 1e-12)
-
-
 def penalised(rival: Rival, state: Calibrated) -> float:
     """chi2 with 2 for each free parameter beyond the effects' amounts, so that shapes do not win by freedom alone."""
     return rival.fit.chi2 + 2.0 * (len(rival.fit.problem.free) - len(state.fit.problem.free) - len(rival.effects))
@@ -616,160 +595,3 @@ def _unjudged(state: Calibrated, name: str, found: Sequence[Signature]) -> Suspe
     neutral = {effect.amount: float(effect.neutral()[effect.amount])}
     note = "these data cannot show it"
     return Suspect(name, None, None, None, 0.0, neutral, None, share, None, None, False, note, {})
-
-
-def possible_cases(study: Study, count: int = LEVELS, effects: Iterable[str] | None = None) -> list[Case]:
-    """What could be measured next: a grid over each rig's ranges, two conditions at a time, the others as measured.
-
-    Of the rigs in which one of some effects acts (default: all). With few levels one condition at a time, as their
-    predictions are dear.
-    """
-    rigs = dict.fromkeys([*study.rigs, *(study.possible or {})])
-    cases = []
-    for name in rigs:
-        if effects is not None and not set(effects) & set(study.catalogue.acting(name)):
-            continue
-        rig = study.catalogue.rigs[name]
-        rows = [row for row in study.rows if row.rig == name]
-        given = (study.possible or {}).get(name)
-        if given is None and study.possible:
-            continue
-        usual = {
-            c: float(np.median([row.conditions[c] for row in rows])) if rows else float(q["default"])
-            for c, q in rig.conditions.items()
-        }
-        levels = {}
-        for condition, quantity in rig.conditions.items():
-            if given is not None:
-                if condition not in given:
-                    continue
-                low, high = given[condition]
-            elif quantity.get("of_material"):  # another material is another question
-                continue
-            else:
-                low, high = quantity["min"], quantity["max"]
-            between = np.geomspace(low, high, count) if low > 0 else np.linspace(low, high, count)
-            levels[condition] = between if low < high else [low]  # to the last digit
-        observables = {row.observable for row in rows} or set(rig.observables)
-        if count <= FEW_LEVELS:
-            grid = _singles_of(levels, usual)
-        else:
-            grid = product(*levels.values()) if len(levels) <= 3 else _pairs_of(levels, usual)
-        for values in grid:
-            conditions = {**usual, **dict(zip(levels, map(float, values), strict=True))}
-            known = dict(rows[0].parameters) if rows else {}
-            cases += [Case(name, observable, conditions, known) for observable in sorted(observables)]
-    return list({(c.rig, c.observable, tuple(c.conditions.values())): c for c in cases}.values())
-
-
-def _singles_of(levels: dict, usual: dict):
-    for c in levels:
-        for x in levels[c]:
-            yield tuple(x if other == c else usual[other] for other in levels)
-
-
-def _pairs_of(levels: dict, usual: dict):
-    for a, b in combinations(levels, 2):
-        for x, y in product(levels[a], levels[b]):
-            yield tuple(x if c == a else y if c == b else usual[c] for c in levels)
-
-
-def reading_uncertainty(state: Calibrated, cases: Sequence[Case], predicted: np.ndarray) -> np.ndarray:
-    """Expected standard uncertainty of one more mean reading at each case, from those of the rig's rows."""
-    study, evidence = state.study, state.evidence
-    spread = reading_sd(study, state.model)
-    unit = np.sqrt(state.fit.chi2 / max(len(evidence.case) - len(state.fit.problem.free), 1))
-    cells = [(state.model.cases[c], sd) for c, sd in zip(evidence.case, evidence.sd, strict=True)]
-    found = np.empty(len(cases))
-    for k, case in enumerate(cases):
-        rows = [
-            (row, s)
-            for row, s in zip(study.rows, spread, strict=True)
-            if (row.rig, row.observable) == (case.rig, case.observable)
-        ]
-        known = [(row, s) for row, s in rows if s]
-        if known:
-            near = min(known, key=lambda item: abs(abs(item[0].value) - abs(predicted[k])))
-            repeats = np.median(
-                [max(row.n, sum(r.conditions == row.conditions for r, _ in rows)) for row, _ in known[:50]]
-            )
-            more = evidence.contradicted.get((case.rig, case.observable), 1.0) if near[0].sd is not None else 1.0
-            found[k] = np.sqrt((more * near[1]) ** 2 / repeats + near[0].setup_sd ** 2)
-        elif like := [s for cell, s in cells if (cell.rig, cell.observable) == (case.rig, case.observable)]:
-            found[k] = unit * np.median(like)
-        else:
-            found[k] = 0.05 * abs(predicted[k])
-    return np.maximum(found, 1e-12)
-
-
-def next_measurement(state: Calibrated, rivals: Sequence[Rival]) -> NextMeasurement | None:
-    """The condition that separates rival explanations best; None where none does."""
-    if len(rivals) < 2:
-        return None
-    cases = possible_cases(state.study, state.model.levels, {e for r in rivals for e in r.effects})
-    if not cases:
-        return None
-    model = Model(state.study, cases, state.model.engines)
-    chi2 = np.array([r.fit.chi2 for r in rivals])
-    unit = unit_of_chi2(state, min(rivals, key=lambda r: r.fit.chi2).fit)
-    weights = np.exp(-0.5 * np.minimum((chi2 - chi2.min()) / unit, 8.0))
-    weights /= weights.sum()
-    points, places = [], []
-    for rival in rivals:
-        free, span = rival.fit.problem.free, rival.fit.problem.high - rival.fit.problem.low
-        places.append(len(points))
-        points.append(_in(model, state.model, rival.fit.point))
-        for k, column in enumerate(free):
-            moved = rival.fit.point.copy()
-            h = 1e-4 * span[k]
-            moved[column] += h if moved[column] + h <= rival.fit.problem.high[k] else -h
-            points.append(_in(model, state.model, moved))
-    predicted = model.predict(np.array(points)).mean
-    means, variances = [], []
-    for rival, place in zip(rivals, places, strict=True):
-        free, span = rival.fit.problem.free, rival.fit.problem.high - rival.fit.problem.low
-        own = predicted[place]
-        slopes = []
-        for k, column in enumerate(free):
-            h = 1e-4 * span[k]
-            h = h if rival.fit.point[column] + h <= rival.fit.problem.high[k] else -h
-            slopes.append((predicted[place + 1 + k] - own) / h)
-        slopes = np.array(slopes).reshape(len(free), -1)
-        cov = covariance(rival.fit) * unit_of_chi2(state, rival.fit)
-        means.append(own)
-        variances.append(np.einsum("ka,kl,la->a", slopes, cov, slopes))
-    sigma = reading_uncertainty(state, cases, means[0])
-    gain = np.zeros(len(cases))
-    separation = np.zeros(len(cases))
-    for a, b in combinations(range(len(rivals)), 2):
-        d = (means[a] - means[b]) ** 2 / (sigma**2 + variances[a] + variances[b])
-        d = np.nan_to_num(d)
-        gain += weights[a] * weights[b] * d
-        separation = np.maximum(separation, d)
-    limits = [state.study.catalogue.rigs[c.rig].readable.get(c.observable, (-np.inf, np.inf)) for c in cases]
-    readable = [all(low <= m[k] <= high for m in means) for k, (low, high) in enumerate(limits)]
-    gain = np.where(readable, gain, -1.0)
-    best = int(np.argmax(gain))
-    if gain[best] < 0 or separation[best] < SEPARATES:
-        return None
-    case = cases[best]
-    labels = [" + ".join(r.effects) for r in rivals]
-    return NextMeasurement(
-        rig=case.rig,
-        observable=case.observable,
-        conditions=dict(case.conditions),
-        predictions={label: float(m[best]) for label, m in zip(labels, means, strict=True)},
-        uncertainties={
-            label: float(np.sqrt(v[best] + sigma[best] ** 2)) for label, v in zip(labels, variances, strict=True)
-        },
-        separation=float(np.sqrt(separation[best])),
-    )
-
-
-def _in(model: Model, source: Model, point: np.ndarray) -> np.ndarray:
-    """A point of one model in the columns of another."""
-    found = model.base.copy()
-    for name, column in source.column.items():
-        if name in model.column:
-            found[model.column[name]] = point[column]
-    return found

@@ -3,8 +3,9 @@
 from collections.abc import Sequence
 
 from pellet_study.compare import HELD_OUT_FAILS, Comparison, Drift
-from pellet_study.diagnose import Diagnosis, NextMeasurement, Suspect
+from pellet_study.diagnose import Diagnosis, Suspect
 from pellet_study.look import unit_in_words
+from pellet_study.next_measurement import NextMeasurement
 from pellet_study.refine import Refinement
 from pellet_study.study import Study
 from pellet_study.terminal import folded

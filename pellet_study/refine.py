@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pellet_study.calibrate import fit_many, problem_of
-from pellet_study.compare import VISIBLE, Calibrated, Comparison, absorbed, calibrate, compare
-from pellet_study.diagnose import GATE, GATE_AGAIN, TIE, Diagnosis, diagnose, refits, signatures, unit_of_chi2
+from pellet_study.compare import VISIBLE, Calibrated, Comparison, absorbed, calibrate, compare, unit_of_chi2
+from pellet_study.diagnose import GATE, GATE_AGAIN, TIE, Diagnosis, diagnose, refits, signatures
 from pellet_study.evidence import Evidence
 from pellet_study.model import Engine, Model
 from pellet_study.study import Study
@@ -59,8 +59,8 @@ def refine(
 ) -> Refinement:
     """Add the effects the measurements show to be missing.
 
-    `propose` says whether the next measurement is to be looked for, `rank` whether the candidates are to be ranked
-    where nothing is missing.
+    `propose` says whether the next measurement is to be looked for (where simulations must tell, only if explanations are
+    tied), `rank` whether the candidates are to be ranked where nothing is missing.
 
     Raises
     ------
@@ -68,9 +68,9 @@ def refine(
     """
     first = state = state or calibrate(study, Model(study, engines=engines))
     comparison = compare(study, state, level_out=propose)
-    steps, diagnoses, added = [comparison], [], []
+    steps, diagnoses, added, dear = [comparison], [], [], state.model.scatters
     while True:
-        found = diagnose(study, state, GATE if not added else GATE_AGAIN, comparison, propose, rank)
+        found = diagnose(study, state, GATE if not added else GATE_AGAIN, comparison, propose, rank, dear)
         diagnoses.append(found)
         if found.verdict != "missing" or len(added) + len(found.missing) > most:
             break
@@ -98,7 +98,7 @@ def refine(
             comparison = compare(study, state, level_out=propose)
             steps.append(comparison)
         if len(added) >= most:
-            diagnoses.append(diagnose(study, state, GATE_AGAIN, comparison, propose, rank))
+            diagnoses.append(diagnose(study, state, GATE_AGAIN, comparison, propose, rank, dear))
             break
     for name in added:
         values = {

@@ -121,7 +121,10 @@ class Simulated:
         return [self._evaluate(request, mine) for request, mine in zip(requests, sites, strict=True)]
 
     def directly(self, requests: Sequence[Request]) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Means at one point from simulations there, with seeds of their own; variances from the surfaces' scatter."""
+        """Means at one point from simulations there, with seeds of their own; variances from the surfaces' scatter.
+
+        A case without a surface has the scatter of those of its rig.
+        """
         self._use_files()
         plans, readings = [], []
         for request in requests:
@@ -134,11 +137,19 @@ class Simulated:
         found = iter(self._run(plans))
         for request in requests:
             means = [[next(found)[0] for _ in range(BLOCKS)] for _ in self._sites(request)]
-            scatter = np.array([self._base[site].scatter for site in self._sites(request)])  # predict comes first
+            scatter = np.array([self._scatter(site) for site in self._sites(request)])  # predict comes first
             mean = np.array([np.nanmean(block) if np.isfinite(block).any() else np.nan for block in means])[None]
             link = Link.of(request.observable)
             readings.append((mean, scatter * link.slope(link.mu(mean)) ** 2 / BLOCKS))
         return readings
+
+    def _scatter(self, site: Site) -> float:
+        """Relative variance of a mean of a case, from its surface or those of its rig."""
+        mine = self._base.get(site)
+        if mine is not None:
+            return mine.scatter
+        alike = [b.scatter for s, b in self._base.items() if (s.rig, s.observable) == (site.rig, site.observable)]
+        return float(np.nanmedian(alike))
 
     def _use_files(self) -> None:
         """The study's own rigs and effects, until another study's engine asks for its own."""

@@ -35,7 +35,7 @@ COLUMNS = (
 )
 SINGLE = [e.name for e in twins.CANDIDATES if e.name not in twins.SAME]
 OUTSIDE = [e.name for e in twins.OUTSIDE]
-CONFUSED = ["viscoelastic_restitution", "plastic_restitution", "adhesion", "load_dependent_friction"]
+CONFUSED = (("viscoelastic_restitution", "plastic_restitution"), ("adhesion", "load_dependent_friction"))
 PAIRS = [  # in different rigs
     "plastic_restitution+cohesion",
     "speed_dependent_rolling+load_dependent_friction",
@@ -65,8 +65,8 @@ def plan(scale: float = 1.0) -> list[tuple[str, str, float, int]]:
     found += [("outside, sd stated", "wet_film", 8.0, 500)]
     found += [("outside", name, 8.0, 500) for name in OUTSIDE]
     found += [("outside", "wet_film", 12.0, 500)]
-    found += [("next", name, 6.0, 500) for name in CONFUSED]
-    found += [("next at random", name, 6.0, 100) for name in CONFUSED]
+    found += [("next", name, 6.0, 500) for pair in CONFUSED for name in pair]
+    found += [("next at random", name, 6.0, 100) for pair in CONFUSED for name in pair]
     found += [("pair", name, 6.0, 150) for name in PAIRS]
     found += [("masked pair", name, 6.0, 150) for name in MASKED]
     found += [("held out", name, 8.0, 100) for name in SINGLE] + [("held out", "", 8.0, 500)]
@@ -252,9 +252,13 @@ def figures(rows: list[dict]) -> list[dict]:
     share("lambda 8: unique and wrong, average", single, wrong, most=2)
     for e in by("one", 8.0, SINGLE, wrong)[-1:]:
         share(f"  worst effect ({e})", of("one", 8.0, e), wrong, most=5)
-    for k, e in enumerate(by("next", 6.0, CONFUSED, right)):
-        share(f"after the one proposed measurement, lambda 6: {e}", of("next", 6.0, e), right, least=90 if k else 60)
-        share(f"  after one drawn at random: {e}", of("next at random", 6.0, e), right, aim="for comparison")
+    pairs = {pair: [r for r in of("next", 6.0) if r["hidden"] in pair] for pair in CONFUSED}
+    for k, pair in enumerate(sorted(pairs, key=lambda p: np.mean([right(r) for r in pairs[p]] or [0]))):
+        label, drawn = " or ".join(pair), [r for r in of("next at random", 6.0) if r["hidden"] in pair]
+        share(f"after the one proposed measurement, lambda 6: {label}", pairs[pair], right, least=90 if k else 60)
+        share("  after one drawn at random", drawn, right, aim="for comparison")
+        for e in pair:
+            share(f"  of these, {e}", of("next", 6.0, e), right, aim="")
 
     plain = [r for r in of("outside", 8.0) if r["hidden"] != "wet_film"]
     share("outside the candidates, lambda 8: unexplained", plain, unexplained, least=90)

@@ -135,6 +135,6 @@ class Demonstration:
         return 1 if rig in self.instrument_sd else self.repeats[rig]
 
     def kinds(self) -> list[str]:
-        """What each trial hides, in the order of the trials: any prefix has its share of each kind but `weak`, the last."""
+        """What each trial hides, in the order of the trials: any prefix has its share of each kind but `weak`, which come last."""
         places = [((k + 0.5) / n, kind) for kind, n in self.trials.items() for k in range(n)]
         return [kind for _, kind in sorted(places)] + ["weak"] * self.weak

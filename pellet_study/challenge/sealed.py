@@ -160,7 +160,9 @@ def weigh(stored: Stored, numbers: Sequence[int], folder: Path, store: Path, wor
     table = dispatch.run(cases, store, workers=workers) if cases else None
     factors = {n: (np.ones(len(of.conditions)), np.zeros(len(of.conditions))) for n in numbers}
     for (n, k, *with_it), (_, _, *without) in zip(asked[::2], asked[1::2], strict=True):
-        shown, plain = (table[of.observables[of.conditions[k][0]]].iloc[slice(*part)].to_numpy(float) for part in (with_it, without))
+        shown, plain = (
+            table[of.observables[of.conditions[k][0]]].iloc[slice(*part)].to_numpy(float) for part in (with_it, without)
+        )
         both = np.isfinite(shown) & np.isfinite(plain)
         if both.sum() > 1 and plain[both].mean() > 0:
             factor = shown[both].mean() / plain[both].mean()
@@ -169,7 +171,9 @@ def weigh(stored: Stored, numbers: Sequence[int], folder: Path, store: Path, wor
     for n in numbers:
         truth = _truth(folder, n)
         found = stored.strength(truth["parameters"], truth["effects"], factors[n])
-        (folder / f"{n:02d}" / "strength.json").write_text(json.dumps({"lambda": round(found, 3)}) + "\n", encoding="utf-8")
+        (folder / f"{n:02d}" / "strength.json").write_text(
+            json.dumps({"lambda": round(found, 3)}) + "\n", encoding="utf-8"
+        )
 
 
 def _to_weigh(stored: Stored, number: int, folder: Path) -> bool:

@@ -191,7 +191,7 @@ def trial_next(truth: Truth, seed, at_random: bool = False) -> tuple[Outcome, st
     Where none is proposed, the trial without it.
     """
     from pellet_study.challenge.twins import measurement
-    from pellet_study.diagnose import possible_cases
+    from pellet_study.next_measurement import possible_cases
 
     rng = np.random.default_rng(seed)
     rows = noisy_rows(truth.readings, rng)
