@@ -14,7 +14,7 @@ import numpy as np
 
 from pellet_study.calibrate import Fit
 from pellet_study.compare import Calibrated, covariance, reading_sd, unit_of_chi2
-from pellet_study.model import Case, Model
+from pellet_study.model import Case, ClosedForm, Model
 from pellet_study.study import Study
 
 LEVELS = 9  # per condition
@@ -67,7 +67,7 @@ def possible_cases(study: Study, count: int = LEVELS, effects: Iterable[str] | N
                 low, high = quantity["min"], quantity["max"]
             between = np.geomspace(low, high, count) if low > 0 else np.linspace(low, high, count)
             levels[condition] = between if low < high else [low]  # to the last digit
-        observables = {row.observable for row in rows} or set(rig.observables)
+        observables = {row.observable for row in rows} or set(list(rig.observables)[:1])
         if count <= FEW_LEVELS:
             grid = _singles_of(levels, usual)
         else:
@@ -123,7 +123,8 @@ def next_measurement(state: Calibrated, rivals: Mapping[tuple[str, ...], Fit]) -
     """The condition that separates rival explanations, {effects: fit}, best; None where none does."""
     if len(rivals) < 2:
         return None
-    cases = possible_cases(state.study, state.model.levels, {e for names in rivals for e in names})
+    levels = FEW_LEVELS if dear(state.study) else state.model.levels
+    cases = possible_cases(state.study, levels, {e for names in rivals for e in names})
     if not cases:
         return None
     fits = list(rivals.values())
@@ -154,14 +155,20 @@ def next_measurement(state: Calibrated, rivals: Mapping[tuple[str, ...], Fit]) -
     )
 
 
+def dear(study: Study) -> bool:
+    """Whether simulations must tell what one of the possible measurements would show."""
+    return any(study.catalogue.rigs[rig].predict is None for rig in (*study.rigs, *(study.possible or {})))
+
+
 def predicted(state: Calibrated, cases: Sequence[Case], fits: Sequence[Fit]) -> tuple[np.ndarray, np.ndarray]:
     """Predictions of some fits for cases not measured yet, and the variances of these predictions, (fits, cases).
 
-    A case that simulations must answer is simulated at the fits themselves, not over the ranges of the parameters: how it
-    goes with them is taken from the measured case of the same rig that is nearest, in proportion to the prediction.
+    A case of a measured rig that simulations must answer is simulated at the fits themselves, not over the ranges of the
+    parameters: how it goes with them is taken from the nearest measured case of that rig, in proportion to the prediction.
     """
     means, variances = np.empty((len(fits), len(cases))), np.empty((len(fits), len(cases)))
-    measured = {(c.rig, c.observable) for c in state.model.cases} if state.model.scatters else set()
+    engines = state.model.engines
+    measured = {(c.rig, c.observable) for c in state.model.cases if not isinstance(engines[c.rig], ClosedForm)}
     here = np.array([(c.rig, c.observable) in measured for c in cases])
     if not here.all():
         other = [c for c, near in zip(cases, here, strict=True) if not near]

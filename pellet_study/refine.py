@@ -16,6 +16,7 @@ from pellet_study.compare import VISIBLE, Calibrated, Comparison, absorbed, cali
 from pellet_study.diagnose import GATE, GATE_AGAIN, TIE, Diagnosis, diagnose, refits, signatures
 from pellet_study.evidence import Evidence
 from pellet_study.model import Engine, Model
+from pellet_study.next_measurement import dear
 from pellet_study.study import Study
 
 MOST_EFFECTS = 3
@@ -68,9 +69,9 @@ def refine(
     """
     first = state = state or calibrate(study, Model(study, engines=engines))
     comparison = compare(study, state, level_out=propose)
-    steps, diagnoses, added, dear = [comparison], [], [], state.model.scatters
+    steps, diagnoses, added, ties_only = [comparison], [], [], dear(study)
     while True:
-        found = diagnose(study, state, GATE if not added else GATE_AGAIN, comparison, propose, rank, dear)
+        found = diagnose(study, state, GATE if not added else GATE_AGAIN, comparison, propose, rank, ties_only)
         diagnoses.append(found)
         if found.verdict != "missing" or len(added) + len(found.missing) > most:
             break
@@ -98,7 +99,7 @@ def refine(
             comparison = compare(study, state, level_out=propose)
             steps.append(comparison)
         if len(added) >= most:
-            diagnoses.append(diagnose(study, state, GATE_AGAIN, comparison, propose, rank, dear))
+            diagnoses.append(diagnose(study, state, GATE_AGAIN, comparison, propose, rank, ties_only))
             break
     for name in added:
         values = {

@@ -134,7 +134,7 @@ class Simulated:
                 seeds = self._seeds(site.rig)
                 first = 1000 * _stream(site, CHECK) * seeds
                 plans += [(site, values, effects, first + b * seeds, seeds) for b in range(BLOCKS)]
-        found = iter(self._run(plans))
+        found = iter(self._run(plans, needed=False))
         for request in requests:
             means = [[next(found)[0] for _ in range(BLOCKS)] for _ in self._sites(request)]
             scatter = np.array([self._scatter(site) for site in self._sites(request)])  # predict comes first
@@ -347,8 +347,11 @@ class Simulated:
             self.warnings.append(f"{text}; the answer rests on the others")
         return np.array([results[p][0] for p in plan]), ""
 
-    def _run(self, plans: Sequence[tuple]) -> list[tuple[float, int, str]]:
-        """Mean, number of failed seeds and first reason of each (site, factors, effects, first seed, seeds)."""
+    def _run(self, plans: Sequence[tuple], needed: bool = True) -> list[tuple[float, int, str]]:
+        """Mean, number of failed seeds and first reason of each (site, factors, effects, first seed, seeds).
+
+        An observable that does not apply under some conditions is NaN there, or refused where it is `needed`.
+        """
         memory = self._memory()
         keys, cases = [], []
         for site, factors, effects, first, seeds in plans:
@@ -377,7 +380,7 @@ class Simulated:
                 place += len(group)
                 fine = rows["status"] == "ok"
                 values = rows[key[1]].to_numpy(float)[fine.to_numpy()]
-                if fine.any() and not np.isfinite(values).all():
+                if needed and fine.any() and not np.isfinite(values).all():
                     raise SimulationError(f"{group[0]['rig']} gives no {key[1]} under these conditions")
                 reason = "" if fine.all() else str(rows["status"][~fine].iloc[0])
                 mean = float(values.mean()) if len(values) else np.nan

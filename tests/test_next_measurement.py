@@ -119,3 +119,30 @@ def test_the_nearest_case_is_one_of_the_same_rig(tmp_path, asked):
     conditions = {**state.model.cases[0].conditions, "seed_length_mm": 2.5, "added_mass_mg": 10.0}
     places = nearest(state, [Case("slope_slip", "slip_angle_deg", conditions, {})])
     assert [state.model.cases[k].conditions["seed_length_mm"] for k in places] == [2.6]
+
+
+def test_a_closed_form_beside_a_simulated_rig_keeps_its_uncertainty(tmp_path, asked):
+    """Cohesion of a powder sheared at high stress is uncertain at low stress, whether seeds were measured too or not."""
+    sheared = [f"shear_cell,shear_stress_pa,{0.5 * s + 200:.0f},20,5,{s}," for s in (2000, 4000, 8000)]
+    seeds = [f"slope_slip,slip_angle_deg,{np.degrees(np.arctan(0.6)):.2f},0.3,10,,{d}" for d in LENGTHS]
+    found = []
+    for name, rows in (("alone", sheared), ("both", sheared + seeds)):
+        folder = tmp_path / name
+        folder.mkdir()
+        head = "rig,observable,value,sd,n,normal_stress_pa,seed_length_mm"
+        (folder / "measurements.csv").write_text("\n".join([head, *rows]) + "\n")
+        free = ["internal_friction = { value = 0.5, min = 0.1, max = 1.5 }"]
+        if name == "both":
+            free.append("seed_powder_static_friction = { value = 0.6, min = 0.3, max = 0.9 }")
+        lines = ['candidates = ["cohesion"]', "[parameters]", *free]
+        (folder / "study.toml").write_text("\n".join(lines) + "\n")
+        study = load(folder)
+        state = calibrate(study, Model(study))
+        problem = rival_problem(state, ["cohesion"], [{state.model.column["cohesion.cohesive_stress_pa"]: 100.0}])
+        (fit,) = fit_many(state.model, state.evidence, [problem])
+        means, variances = predicted(
+            state, [Case("shear_cell", "shear_stress_pa", {"normal_stress_pa": 100.0}, {})], [fit]
+        )
+        found.append((means[0, 0], variances[0, 0]))
+    assert found[1] == pytest.approx(found[0], rel=0.02)
+    assert found[0][1] > 8.0**2, "the intercept of three points far from it"

@@ -253,10 +253,11 @@ def figures(rows: list[dict]) -> list[dict]:
     for e in by("one", 8.0, SINGLE, wrong)[-1:]:
         share(f"  worst effect ({e})", of("one", 8.0, e), wrong, most=5)
     pairs = {pair: [r for r in of("next", 6.0) if r["hidden"] in pair] for pair in CONFUSED}
-    for k, pair in enumerate(sorted(pairs, key=lambda p: np.mean([right(r) for r in pairs[p]] or [0]))):
+    pairs = {pair: some for pair, some in pairs.items() if some}
+    for k, pair in enumerate(sorted(pairs, key=lambda p: np.mean([right(r) for r in pairs[p]]))):
         label, drawn = " or ".join(pair), [r for r in of("next at random", 6.0) if r["hidden"] in pair]
         share(f"after the one proposed measurement, lambda 6: {label}", pairs[pair], right, least=90 if k else 60)
-        share("  after one drawn at random", drawn, right, aim="for comparison")
+        share(f"  after one drawn at random: {label}", drawn, right, aim="for comparison")
         for e in pair:
             share(f"  of these, {e}", of("next", 6.0, e), right, aim="")
 

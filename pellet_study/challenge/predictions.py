@@ -69,17 +69,17 @@ class Stored:
         base, without = self.readings(parameters, {})
         if shown is None:
             mean, variance = self.readings(parameters, effects)
+            chance = np.maximum(variance - without, 0.0)
         else:
             factor, uncertain = shown
-            mean, without = factor * base, factor**2 * without
-            variance = without + base**2 * uncertain
+            mean, variance, chance = factor * base, factor**2 * without, base**2 * uncertain
         sd = np.array([self.of.reading_sd(case.rig, y) for case, y in zip(self.model.cases, mean, strict=True)])
         sd = np.sqrt(sd**2 / self.repeats + variance)
         fitted = np.array([k for k in range(len(mean)) if k not in self.of.held_out])
         evidence = Evidence(fitted, mean[fitted], sd[fitted], 1 / sd[fitted], 1000, 0.0, 0)
         start = self.point(parameters, {})
         chi2 = fit(self.model, evidence, problem_of(self.model, 0, start)).chi2
-        by_chance = (np.maximum(variance - without, 0.0) / sd**2)[fitted].sum()
+        by_chance = (chance / sd**2)[fitted].sum()
         return float(np.sqrt(max(0.0, chi2 - by_chance)))
 
     def size(self, parameters: Mapping[str, float], effect: str, lam: float, sign: int = 1) -> float | None:

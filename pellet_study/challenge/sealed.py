@@ -38,8 +38,8 @@ def seal(number: int, folder: Path, stored: Stored, effects: Sequence[str]) -> N
 
     Parameters
     ----------
-    effects : names of those hidden in turn; one that does not reach the strength drawn is hidden at its physical limit, a
-        weak one gives way to the next that does
+    effects : names of those hidden in turn; one that does not reach the strength drawn is hidden at its physical limit;
+        at lambda 4 those take turns that reach it
     """
     kinds = stored.of.kinds()
     kind = kinds[number]
@@ -67,7 +67,7 @@ def seal(number: int, folder: Path, stored: Stored, effects: Sequence[str]) -> N
         name = list(OUTSIDE_AMOUNTS)[turn % len(OUTSIDE_AMOUNTS)]
         hidden = {name: OUTSIDE_AMOUNTS[name]}
     truth = {
-        "kind": "one" if kind == "weak" else kind,
+        "kind": kind if kind != "weak" else "one" if hidden else "nothing",
         "effects": hidden,
         "parameters": parameters,
         "numerics": "other" if (turn + (turn // len(effects) if kind == "one" else 0)) % 2 else "the model's",
@@ -143,11 +143,13 @@ def weigh(stored: Stored, numbers: Sequence[int], folder: Path, store: Path, wor
     At the physical limit an effect's surface may be far off; here its factor on each row comes from simulations there.
     """
     of, asked, cases = stored.of, [], []
+    for rig in of.observables:
+        rigs.use(rig, of.catalogue.rigs[rig].file)
     for n in numbers:
         truth = _truth(folder, n)
         for k, (rig, given) in enumerate(of.conditions):
             acting = _acting(of, rig, truth)
-            if not acting or not of.strength_seeds:
+            if not acting:
                 continue
             first = FIRST_OF_STRENGTHS + (n * len(of.conditions) + k) * SEEDS_A_TRIAL
             seeds = range(first, first + of.strength_seeds[rig])
@@ -164,10 +166,13 @@ def weigh(stored: Stored, numbers: Sequence[int], folder: Path, store: Path, wor
             table[of.observables[of.conditions[k][0]]].iloc[slice(*part)].to_numpy(float) for part in (with_it, without)
         )
         both = np.isfinite(shown) & np.isfinite(plain)
-        if both.sum() > 1 and plain[both].mean() > 0:
-            factor = shown[both].mean() / plain[both].mean()
-            scatter = np.var(shown[both] - factor * plain[both], ddof=1) / both.sum() / plain[both].mean() ** 2
-            factors[n][0][k], factors[n][1][k] = factor, scatter
+        if both.sum() < 2 or not plain[both].mean() > 0:
+            raise SimulationError(
+                f"trial {n}: {both.sum()} of {len(both)} pairs of {of.conditions[k]} to measure its strength by"
+            )
+        factor = shown[both].mean() / plain[both].mean()
+        scatter = np.var(shown[both] - factor * plain[both], ddof=1) / both.sum() / plain[both].mean() ** 2
+        factors[n][0][k], factors[n][1][k] = factor, scatter
     for n in numbers:
         truth = _truth(folder, n)
         found = stored.strength(truth["parameters"], truth["effects"], factors[n])
