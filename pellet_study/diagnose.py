@@ -6,7 +6,8 @@
    the residual scatter where that exceeds the replicates' (Birge).
 3. Refit of every candidate within its physical range; ranking by chi2; a candidate explains where neither lack of fit
    nor a drifting constant is left, and where its own fitted size is one number over all sizes, conditions and rigs.
-   All that explain and lie within TIE of the best are tied; pairs are looked at where no single effect explains.
+   All that explain and lie within TIE of the best are tied, or as much farther off as the scatter of their own
+   simulations may have put them; pairs are looked at where no single effect explains.
 4. The next measurement, which would separate the rivals (`next_measurement`).
 """
 
@@ -96,11 +97,15 @@ class Suspect:
 
 @dataclass(frozen=True)
 class Rival:
-    """A set of effects to add, fitted."""
+    """A set of effects to add, fitted.
+
+    `noise` is what the scatter of its predictions beyond the present model's is expected to add to its chi2.
+    """
 
     effects: tuple[str, ...]
     fit: Fit
     explains: bool
+    noise: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -422,7 +427,8 @@ def judge(state: Calibrated, fits: Iterable[Fit], shown: Sequence[Signature] = (
             explains = not left or left[0].p >= LEFT_DRIFT
         if explains:
             explains = signature_left(here, fitted, names, shown) >= LEFT_NAMED
-        found.append(Rival(names, fit, explains))
+        noise = float((np.square(here.evidence.sd / state.evidence.sd) - 1).sum())
+        found.append(Rival(names, fit, explains, noise))
     return found
 
 
@@ -482,7 +488,7 @@ def explanations(
 
 def _tied(state: Calibrated, rivals: Sequence[Rival], best: Rival) -> list[Rival]:
     limit = penalised(best, state) + TIE * unit_of_chi2(state, best.fit)
-    return sorted((r for r in rivals if penalised(r, state) < limit), key=lambda r: penalised(r, state))
+    return sorted((r for r in rivals if penalised(r, state) - r.noise < limit), key=lambda r: penalised(r, state))
 
 
 def pair_rivals(state: Calibrated, singles: Sequence[Rival], shown, scores: np.ndarray, plausible: set) -> list[Fit]:

@@ -8,7 +8,8 @@ of an effect as a share of its physical limit (0: absent), s its shape parameter
 is taken as proportional to the mean: generalized linear models with gamma variance and logarithmic link (McCullagh &
 Nelder 1989, doi:10.1007/978-1-4899-3242-6). Curvature and interactions of an effect have priors
 about 0, as wide as all its simulations in a rig make likeliest. Where that is likelier still, exp E - 1 takes the place of
-E, as for what adds to friction. Beyond the physical limit the terms go on along their tangent.
+E, as for what adds to friction; where it is much likelier, ln(1 + a u)/ln(1 + a) that of u, as for yielding, which does
+most of what it can at a tenth of its limit. Beyond the physical limit the terms go on along their tangent.
 
 Where the observable is an angle, mu without effects is its tangent: friction is, so that a slip angle's surface is all
 but a plane; an effect multiplies the angle itself by exp E.
@@ -28,6 +29,8 @@ LIKENESS = (0.0, 0.5, 0.8, 0.9, 0.95, 0.98, 0.99)  # from which the correlation 
 LEAST = (
     0.05  # of the base surface; an effect leaves at least so much, as a logarithm tells nothing of what is nearly none
 )
+BENDS = (0.0, 10.0, 100.0)  # from which a is
+MUCH = 5.0  # gain in log likelihood from which a may differ from 0
 QUIET = 0.0025  # relative variance of a point below which exp E - 1 may take the place of E
 NO_INFORMATION = 1e6  # variance of a point whose simulations failed
 ROUNDS = 12
@@ -89,11 +92,19 @@ def quadratic(x: np.ndarray) -> np.ndarray:
     return np.stack([np.ones(len(x)), *x.T, *pairs], axis=1)
 
 
-def effect_terms(u: np.ndarray, shapes: np.ndarray, x: np.ndarray) -> np.ndarray:
+def effect_terms(u: np.ndarray, shapes: np.ndarray, x: np.ndarray, bend: float = 0.0) -> np.ndarray:
     """(m,) amounts, (m, s) scaled shapes, (m, p) scaled parameters to (m, 3 + s + p) terms that vanish at u = 0.
 
     Beyond |u| = 1 they go on along their tangent.
+
+    Parameters
+    ----------
+    bend : a; where it is not 0, sign(u) ln(1 + a |u|)/ln(1 + a) takes the place of u
     """
+    if bend:
+        inside = np.clip(u, -1, 1)
+        grown = np.sign(inside) * np.log1p(bend * np.abs(inside)) / np.log1p(bend)
+        u = grown + (u - inside) * bend / ((1 + bend) * np.log1p(bend))
     inside = np.clip(u, -1, 1)
     beyond = u - inside
     powers = [inside, inside**2, inside**3], [1.0, 2 * inside, 3 * inside**2]
@@ -109,7 +120,8 @@ def effect_terms(u: np.ndarray, shapes: np.ndarray, x: np.ndarray) -> np.ndarray
 class Surface:
     """Coefficients of ln mu, their covariance, and the relative scatter (variance over mean squared) of one point.
 
-    `of_ratio` says of an effect's that they are those of exp E - 1; `free` are the points beyond the terms of a fit.
+    `of_ratio` says of an effect's that they are those of exp E - 1, `bend` is that of its terms; `free` are the points
+    beyond the terms of a fit.
     """
 
     coefficients: np.ndarray
@@ -117,6 +129,7 @@ class Surface:
     scatter: float
     of_ratio: bool = False
     free: int = 0
+    bend: float = 0.0
 
     @classmethod
     def fitted(cls, terms, means) -> "Surface":
@@ -153,13 +166,15 @@ class EffectRuns:
 
     Parameters
     ----------
-    terms : (n, T)
+    u, shapes, x : (n,) amounts, (n, s) scaled shapes, (n, p) scaled parameters
     with_it, without : (n,) means; NaN where the simulations failed; None where there are none
     expected, known : (n,) logarithm of what the base surface gives there, and the (n, n) covariance of its error
     scatter : (n,) relative variance of one of the means
     """
 
-    terms: np.ndarray
+    u: np.ndarray
+    shapes: np.ndarray
+    x: np.ndarray
     with_it: np.ndarray
     without: np.ndarray | None
     expected: np.ndarray
@@ -167,7 +182,7 @@ class EffectRuns:
     scatter: np.ndarray
 
 
-def fitted_effects(runs: Sequence[EffectRuns], shapes: int) -> list[Surface]:
+def fitted_effects(runs: Sequence[EffectRuns]) -> list[Surface]:
     """Surfaces of one effect at the sites of a rig, by Bayesian linear regression.
 
     What the effect shifts is measured from r ln(mean without it) + (1 - r) (base surface), r the correlation of the two
@@ -176,7 +191,8 @@ def fitted_effects(runs: Sequence[EffectRuns], shapes: int) -> list[Surface]:
     interactions (g) are those under which the runs of all sites together are likeliest (MacKay 1992,
     doi:10.1162/neco.1992.4.3.415).
     """
-    terms = np.stack([run.terms for run in runs])
+    bent = [np.stack([effect_terms(run.u, run.shapes, run.x, bend) for run in runs]) for bend in BENDS]
+    shapes = runs[0].shapes.shape[1]
     paired = all(run.without is not None for run in runs)
     with_it = np.stack([np.log(np.maximum(run.with_it, LEAST * np.exp(run.expected))) for run in runs])
     without = np.stack([_log(run.without) for run in runs]) if paired else np.zeros_like(with_it)
@@ -184,7 +200,7 @@ def fitted_effects(runs: Sequence[EffectRuns], shapes: int) -> list[Surface]:
     with_it, without = np.where(lost, 0.0, with_it), np.where(lost, 0.0, without)
     expected = np.where(lost, 0.0, [run.expected for run in runs])
     scatter = np.stack([run.scatter for run in runs])
-    known, eye = np.stack([run.known for run in runs]), np.eye(terms.shape[1])
+    known, eye = np.stack([run.known for run in runs]), np.eye(len(runs[0].u))
 
     def measured(likeness: float) -> tuple[np.ndarray, np.ndarray]:
         """Shifts (k, n) and their covariance (k, n, n)."""
@@ -195,29 +211,33 @@ def fitted_effects(runs: Sequence[EffectRuns], shapes: int) -> list[Surface]:
 
     best, chosen = -np.inf, None
     forms = [(r, ratio) for r in (LIKENESS if paired else LIKENESS[:1]) for ratio in (False, True)]
-    for likeness, of_ratio in forms:
-        value, noise = measured(likeness)
-        change = 0.0  # logarithm of the Jacobian of what is fitted
-        if of_ratio:
-            if scatter.max() * (1 - likeness**2) > QUIET:  # the weights would follow the scatter
-                continue
-            growth, change = np.exp(value), float(value.sum())
-            value, noise = growth - 1, growth[:, :, None] * noise * growth[:, None, :]
-        for curvature in SCALES:
-            for interaction in SCALES:
-                prior = _prior(terms.shape[2], shapes, curvature, interaction)
-                spread_of = noise + (terms * prior**2) @ terms.transpose(0, 2, 1)
-                _, determinants = np.linalg.slogdet(spread_of)
-                solved = np.linalg.solve(spread_of, value[:, :, None])[:, :, 0]
-                likelihood = change - 0.5 * float((determinants + (value * solved).sum(axis=1)).sum())
-                if likelihood > best:
-                    best, chosen = likelihood, (prior, value, noise, of_ratio)
-    prior, value, noise, of_ratio = chosen
+    for terms, bend in zip(bent, BENDS, strict=True):
+        likeliest, form = -np.inf, None
+        for likeness, of_ratio in forms:
+            value, noise = measured(likeness)
+            change = 0.0  # logarithm of the Jacobian of what is fitted
+            if of_ratio:
+                if scatter.max() * (1 - likeness**2) > QUIET:  # the weights would follow the scatter
+                    continue
+                growth, change = np.exp(value), float(value.sum())
+                value, noise = growth - 1, growth[:, :, None] * noise * growth[:, None, :]
+            for curvature in SCALES:
+                for interaction in SCALES:
+                    prior = _prior(terms.shape[2], shapes, curvature, interaction)
+                    spread_of = noise + (terms * prior**2) @ terms.transpose(0, 2, 1)
+                    _, determinants = np.linalg.slogdet(spread_of)
+                    solved = np.linalg.solve(spread_of, value[:, :, None])[:, :, 0]
+                    likelihood = change - 0.5 * float((determinants + (value * solved).sum(axis=1)).sum())
+                    if likelihood > likeliest:
+                        likeliest, form = likelihood, (terms, prior, value, noise, of_ratio, bend)
+        if likeliest > best + (MUCH if bend else 0.0):
+            best, chosen = likeliest, form
+    terms, prior, value, noise, of_ratio, bend = chosen
     weighted = np.linalg.solve(noise, terms)
     covariance = np.linalg.inv(terms.transpose(0, 2, 1) @ weighted + np.diag(prior**-2))
     coefficients = (covariance @ (weighted.transpose(0, 2, 1) @ value[:, :, None]))[:, :, 0]
     return [
-        Surface(c, v, float(np.median(n.diagonal())), of_ratio)
+        Surface(c, v, float(np.median(n.diagonal())), of_ratio, bend=bend)
         for c, v, n in zip(coefficients, covariance, noise, strict=True)
     ]
 

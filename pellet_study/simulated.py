@@ -292,9 +292,9 @@ class Simulated:
             runs = {site: self._effect_runs(site, name, plans[site, name], results) for site in mine}
             alive = [site for site in mine if site not in self.dead and np.isfinite(runs[site].with_it).any()]
             shapes = len(self.catalogue.effects[name].parameters) - 1
-            surfaces = fitted_effects([runs[site] for site in alive], shapes) if alive else []
+            surfaces = fitted_effects([runs[site] for site in alive]) if alive else []
             self._effects |= {(site, name): surface for site, surface in zip(alive, surfaces, strict=True)}
-            unknown = np.full(runs[mine[0]].terms.shape[1], np.nan)
+            unknown = np.full(3 + shapes + len(self._factors(mine[0])), np.nan)
             self._effects |= {
                 (site, name): Surface(unknown, np.diag(unknown), np.nan) for site in mine if site not in alive
             }
@@ -326,7 +326,9 @@ class Simulated:
         mu = np.exp(there @ base.coefficients)
         rate = link.slope(mu) / link.observable(mu)
         return EffectRuns(
-            effect_terms(u, shapes, x),
+            u,
+            shapes,
+            x,
             with_it,
             without,
             np.log(link.observable(mu)),
@@ -460,7 +462,8 @@ class Simulated:
             here = np.flatnonzero(self._amounts(name, values)[0])  # a candidate is absent in most points
             if len(here):
                 own = {k: v[here] for k, v in values.items()}
-                shift, more = self._stacked(sites, name, effect_terms(*self._amounts(name, own), x[here]))
+                bend = max(self._effects[site, name].bend for site in sites)  # of a rig's sites, one
+                shift, more = self._stacked(sites, name, effect_terms(*self._amounts(name, own), x[here], bend))
                 ratio = np.array([self._effects[site, name].of_ratio for site in sites])
                 growth = np.where(ratio, np.maximum(1 + shift, FLOOR), np.exp(np.clip(shift, -50, 50)))
                 mean[here] *= growth

@@ -1,13 +1,15 @@
 """The next measurement where simulations must tell, a stub with a closed form in YADE's place: this tests the driver."""
 
+from dataclasses import replace
+
 import numpy as np
 import pandas as pd
 import pytest
 
 from pellet_study import dispatch
 from pellet_study.calibrate import fit_many
-from pellet_study.compare import calibrate
-from pellet_study.diagnose import rival_problem
+from pellet_study.compare import calibrate, covariance, unit_of_chi2
+from pellet_study.diagnose import TIE, Rival, _tied, rival_problem
 from pellet_study.model import Case, Model
 from pellet_study.next_measurement import nearest, next_measurement, predicted
 from pellet_study.study import load
@@ -106,8 +108,6 @@ def test_the_variance_of_a_simulated_prediction_is_that_of_the_nearest_measured_
         moved.append(
             (state.model.predict(point).mean[0, 1] - state.model.predict(fit.point).mean[0, 1]) / (1e-3 * (high - low))
         )
-    from pellet_study.compare import covariance, unit_of_chi2
-
     expected = np.array(moved) @ (covariance(fit) * unit_of_chi2(state, fit)) @ np.array(moved)
     own = 1e-3 * means[0, 0]  # scatter of the simulations, half as much in degrees
     assert expected < variances[0, 0] < expected + own**2
@@ -146,3 +146,14 @@ def test_a_closed_form_beside_a_simulated_rig_keeps_its_uncertainty(tmp_path, as
         found.append((means[0, 0], variances[0, 0]))
     assert found[1] == pytest.approx(found[0], rel=0.02)
     assert found[0][1] > 8.0**2, "the intercept of three points far from it"
+
+
+def test_a_rival_whose_simulations_scatter_is_tied_farther_off(tmp_path, asked):
+    """Twice TIE behind the best: apart where predictions are certain, tied where their scatter may have done it."""
+    state, rivals = rivals_of(tmp_path)
+    first, second = (Rival(names, fit, True) for names, fit in rivals.items())
+    apart = TIE * unit_of_chi2(state, first.fit)
+    far = replace(second, fit=replace(second.fit, chi2=first.fit.chi2 + 2 * apart))
+    assert _tied(state, [first, far], first) == [first]
+    noisy = replace(far, noise=1.5 * apart)
+    assert _tied(state, [first, noisy], first) == [first, noisy]

@@ -65,9 +65,10 @@ def test_runs_with_the_same_seeds_tell_an_effect_more_closely():
     for _ in range(2):
         shared = 0.1 * rng.standard_normal(8)
         with_it = np.exp(1 + terms @ true + shared + 0.02 * rng.standard_normal(8))
-        runs.append(response.EffectRuns(terms, with_it, np.exp(1 + shared), np.ones(8), known, np.full(8, scatter)))
-    alone = response.fitted_effects([replace(run, without=None) for run in runs], 0)
-    both = response.fitted_effects(runs, 0)
+        own = (with_it, np.exp(1 + shared), np.ones(8), known, np.full(8, scatter))
+        runs.append(response.EffectRuns(u, np.zeros((8, 0)), x, *own))
+    alone = response.fitted_effects([replace(run, without=None) for run in runs])
+    both = response.fitted_effects(runs)
     for one, other in zip(alone, both, strict=True):
         shift, closer = terms[-1] @ one.coefficients, terms[-1] @ other.coefficients
         own, less = (np.sqrt(terms[-1] @ s.covariance @ terms[-1]) for s in (one, other))
@@ -76,15 +77,42 @@ def test_runs_with_the_same_seeds_tell_an_effect_more_closely():
 
 
 def test_a_point_whose_simulations_failed_tells_nothing():
-    terms = response.effect_terms(np.array([0.3, 0.6, 1.0]), np.zeros((3, 0)), np.zeros((3, 0)))
-    run = response.EffectRuns(
-        terms, np.array([1.1, 1.2, np.nan]), None, np.zeros(3), np.zeros((3, 3)), np.full(3, 1e-4)
-    )
-    with_all = response.fitted_effects([run], 0)[0]
-    without = response.fitted_effects(
-        [response.EffectRuns(terms[:2], run.with_it[:2], None, np.zeros(2), np.zeros((2, 2)), np.full(2, 1e-4))], 0
-    )[0]
+    u, factors = np.array([0.3, 0.6, 1.0]), np.zeros((3, 0))
+    rest = (np.zeros(3), np.zeros((3, 3)), np.full(3, 1e-4))
+    run = response.EffectRuns(u, factors, factors, np.array([1.1, 1.2, np.nan]), None, *rest)
+    with_all = response.fitted_effects([run])[0]
+    two = (u[:2], factors[:2], factors[:2], run.with_it[:2], None, np.zeros(2), np.zeros((2, 2)), np.full(2, 1e-4))
+    without = response.fitted_effects([response.EffectRuns(*two)])[0]
     assert with_all.coefficients == pytest.approx(without.coefficients, rel=1e-3, abs=1e-6)
+
+
+@pytest.mark.parametrize("saturates", [True, False])
+def test_an_effect_that_saturates_early_is_bent_and_another_is_not(saturates):
+    """Shifts known at amounts that were not simulated: -ln(1 + 10 u)/2, or -u."""
+
+    def shift(u):
+        return -0.5 * np.log1p(10 * u) if saturates else -u
+
+    rng, runs = np.random.default_rng(6), []
+    for site in range(10):
+        u, x = rng.permutation(response.amounts(8, 1)), response.spread(8, 2, seed=site)
+        with_it = np.exp(shift(u) + 0.03 * rng.standard_normal(8))
+        none = (None, np.zeros(8), np.zeros((8, 8)), np.full(8, 0.03**2))
+        runs.append(response.EffectRuns(u, np.zeros((8, 0)), x, with_it, *none))
+    surfaces = response.fitted_effects(runs)
+    assert {s.bend > 0 for s in surfaces} == {saturates}
+    u = np.array([0.05, 0.3, 0.8])
+    terms = response.effect_terms(u, np.zeros((3, 0)), np.zeros((3, 2)), surfaces[0].bend)
+    assert np.mean([terms @ s.coefficients for s in surfaces], axis=0) == pytest.approx(shift(u), abs=0.03)
+
+
+def test_a_bent_effect_is_nothing_at_zero_whole_at_its_limit_and_odd():
+    u, none = np.array([0.0, 1.0, -1.0, 1.0 + 1e-6, 3.0]), np.zeros((5, 0))
+    terms = response.effect_terms(u, none, none, bend=10.0)
+    assert (terms[0] == 0).all() and terms[1] == pytest.approx([1, 1, 1]) and terms[2] == pytest.approx([-1, 1, -1])
+    slope = 10 / (11 * np.log(11))
+    assert (terms[3] - terms[1]) / 1e-6 == pytest.approx([slope, 2 * slope, 3 * slope], rel=1e-3)
+    assert terms[4] == pytest.approx(terms[1] + 2 * slope * np.array([1, 2, 3]))
 
 
 def test_an_angle_goes_by_its_tangent():

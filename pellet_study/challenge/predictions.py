@@ -24,6 +24,7 @@ from pellet_study.refine import refine
 from pellet_study.simulated import Simulated
 
 LAMBDAS = (4.0, 6.0, 8.0)
+SHARES = (1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12)  # of its physical range at which an effect is tried
 TRUE = {name: value for name, (value, _, _) in BENCH.ranges.items()}
 
 
@@ -83,14 +84,22 @@ class Stored:
         return float(np.sqrt(max(0.0, chi2 - by_chance)))
 
     def size(self, parameters: Mapping[str, float], effect: str, lam: float, sign: int = 1) -> float | None:
-        """The amount that shows with a strength; None where the physical range does not reach it."""
+        """The amount that shows with a strength; None where the physical range does not reach it.
+
+        Some effects show most well inside their range: one that yields everywhere is like a lower restitution.
+        """
         quantity = self.model.study.catalogue.effects[effect].parameters
         name = next(iter(quantity))
         low, high = quantity[name].get("physical", (quantity[name]["min"], quantity[name]["max"]))
         absent, limit = quantity[name]["absent"], high if sign > 0 else low
-        if limit == absent or self.strength(parameters, {effect: limit}) < lam:
+        if limit == absent:
             return None
-        below, over = absent, limit
+        for share in SHARES:
+            if self.strength(parameters, {effect: absent + share * (limit - absent)}) >= lam:
+                break
+        else:
+            return None
+        below, over = absent, absent + share * (limit - absent)
         for _ in range(14):
             middle = 0.5 * (below + over)
             weak = self.strength(parameters, {effect: middle}) < lam
