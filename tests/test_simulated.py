@@ -330,8 +330,8 @@ def test_the_study_a_trial_writes_is_the_one_it_means(tmp_path):
         assert row.conditions == defaults | given
     assert {name: s.value for name, s in study.parameters.items()} == pytest.approx(truth, abs=0.02)
     kinds = BENCH.kinds()
-    assert kinds.count("one") == 40 and kinds.count("nothing") == 15 and len(kinds) == 90
-    assert kinds[60:] == ["weak"] * 30
+    assert kinds.count("one") == 40 and kinds.count("nothing") == 15 and len(kinds) == 102
+    assert kinds[60:] == ["lambda 4"] * 30 + ["lambda 8"] * 12
 
 
 def test_slip_alone_is_refined_on_yade(tmp_path):

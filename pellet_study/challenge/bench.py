@@ -56,7 +56,7 @@ BENCH = Demonstration(
         "inclined_roll": {"time_step_fraction": 0.035, "stiffness_scale": 0.05},
     },
     trials={"one": 40, "nothing": 15, "outside": 5},
-    weak=30,
+    later={4.0: 30, 8.0: 12},
     strength_seeds={"rebound": 120, "slope_slip": 2, "inclined_roll": 16},
 )
 

@@ -172,9 +172,10 @@ BENCH_TRIALS = """# Sealed trials on YADE bench rigs
 {trials} trials; `{command}` goes on. Each is a folder in sealed/: the envelope (sealed.json), all that refine
 was given (study.toml, measurements.csv) and its answer (answer.json). Readings are of simulated single seeds that
 the model's predictions do not use; every second trial takes them from other numerics: contacts 0.4 times as stiff
-(0.5 for the roll-out) and a smaller time step. The last 30 hide an effect that shows with lambda 4 on the surfaces.
-Lambda is measured, by simulations with and without what is hidden: 120 pairs of rebounds, 2 of slips, 16 of roll-outs a
-row, in the model's numerics; those of a reading offset are exact on the surfaces."""
+(0.5 for the roll-out) and a smaller time step. Trials 60 to 89 hide an effect that showed with lambda 4 on the surfaces
+of the day they were sealed; 90 to 101, sealed after the last change of the method, with lambda 8. Lambda here is measured,
+by simulations with and without what is hidden: 120 pairs of rebounds, 2 of slips, 16 of roll-outs a row, in the
+model's numerics; that of a reading offset is exact on the surfaces."""
 
 HEAP_TRIALS = """# Sealed trials on YADE heaps
 

@@ -30,7 +30,7 @@ class Demonstration:
         readings scatter by the instrument
     other_numerics : {rig: numerics} of every second trial
     trials : {kind: how many}; kinds are `one`, `nothing`, `outside`
-    weak : trials after these that hide one effect at lambda 4
+    later : {lambda: how many} trials after these, that hide one effect at a strength
     strength_seeds : {rig: simulations a row, with and without what is hidden, from which its strength is measured}; none:
         strengths are those on the response surfaces
     known : {parameter: value} known for every row
@@ -50,7 +50,7 @@ class Demonstration:
     scatter: Mapping[str, float]
     other_numerics: Mapping[str, Mapping[str, float]]
     trials: Mapping[str, int]
-    weak: int = 0
+    later: Mapping[float, int] = field(default_factory=dict)
     strength_seeds: Mapping[str, int] = field(default_factory=dict)
     instrument_sd: Mapping[str, float] = field(default_factory=dict)
     known: Mapping[str, float] = field(default_factory=dict)
@@ -135,6 +135,11 @@ class Demonstration:
         return 1 if rig in self.instrument_sd else self.repeats[rig]
 
     def kinds(self) -> list[str]:
-        """What each trial hides, in the order of the trials: any prefix has its share of each kind but `weak`, which come last."""
+        """What each trial hides, in the order of the trials: any prefix of the first has its share of each kind.
+
+        Those of `later` are called `lambda 4` and so on.
+        """
         places = [((k + 0.5) / n, kind) for kind, n in self.trials.items() for k in range(n)]
-        return [kind for _, kind in sorted(places)] + ["weak"] * self.weak
+        return [kind for _, kind in sorted(places)] + [
+            f"lambda {lam:g}" for lam, n in self.later.items() for _ in range(n)
+        ]

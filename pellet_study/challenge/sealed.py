@@ -26,7 +26,6 @@ from pellet_study.refine import Refinement, refine
 from pellet_study.study import load
 
 STRENGTHS = (6.0, 8.0, 10.0, 13.0)
-WEAK = 4.0
 OUTSIDE_AMOUNTS = {"plate_resonance": 0.5, "friction_hump": 0.3}
 FIRST_SEED = 100_000_000  # the model's seeds lie below, or far above
 SEEDS_A_TRIAL = 1_000
@@ -39,7 +38,7 @@ def seal(number: int, folder: Path, stored: Stored, effects: Sequence[str]) -> N
     Parameters
     ----------
     effects : names of those hidden in turn; one that does not reach the strength drawn is hidden at its physical limit;
-        at lambda 4 those take turns that reach it
+        of a trial at a strength those take turns that reach it
     """
     kinds = stored.of.kinds()
     kind = kinds[number]
@@ -56,18 +55,18 @@ def seal(number: int, folder: Path, stored: Stored, effects: Sequence[str]) -> N
         wanted = STRENGTHS[(turn // len(effects) + turn) % len(STRENGTHS)]
         amount = stored.size(parameters, name, wanted, sign)
         hidden = {name: limit if amount is None else amount}
-    elif kind == "weak":
+    elif kind.startswith("lambda "):
         reached = {}
         for name in dict.fromkeys(effects):
             sign = 1 if stored.study.catalogue.effects[name].sides == 1 or rng.random() < 0.5 else -1
-            reached[name] = stored.size(parameters, name, WEAK, sign)
+            reached[name] = stored.size(parameters, name, float(kind.split()[1]), sign)
         reached = [(name, amount) for name, amount in reached.items() if amount is not None]
         hidden = dict([reached[turn % len(reached)]]) if reached else {}
     elif kind == "outside":
         name = list(OUTSIDE_AMOUNTS)[turn % len(OUTSIDE_AMOUNTS)]
         hidden = {name: OUTSIDE_AMOUNTS[name]}
     truth = {
-        "kind": kind if kind != "weak" else "one" if hidden else "nothing",
+        "kind": kind if not kind.startswith("lambda ") else "one" if hidden else "nothing",
         "effects": hidden,
         "parameters": parameters,
         "numerics": "other" if (turn + (turn // len(effects) if kind == "one" else 0)) % 2 else "the model's",
