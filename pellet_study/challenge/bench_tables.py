@@ -182,9 +182,10 @@ HEAP_TRIALS = """# Sealed trials on YADE heaps
 {trials} trials; `{command}` goes on. Each is a folder in sealed/: the envelope (sealed.json), all that refine
 was given (study.toml, measurements.csv) and its answer (answer.json). A row is the mean of three simulated heaps that
 the model's predictions do not use; every second trial takes them from other numerics: contacts 0.4 times as stiff and
-two thirds of the share of the Rayleigh step. Strengths are those on the present surfaces. One of the five rows is held out, for the errors in the last columns.
+two thirds of the share of the Rayleigh step. One of the five rows is held out, for the errors in the last columns.
 Cohesion and liquid bridges are proportional to one another in heaps of one humidity: one class, named cohesion here.
-Three candidates compete. After a tie the errors are those of its best member."""
+Three candidates compete. After a tie the errors are those of its best member. Strengths are those on the present
+surfaces."""
 
 
 def write_sealed(rows: Sequence[dict], folder: Path, command: str, text: str = BENCH_TRIALS) -> list[dict]:
