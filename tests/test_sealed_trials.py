@@ -106,14 +106,14 @@ def test_the_answer_does_not_look_into_the_envelope(tmp_path, asked):
 @pytest.mark.skipif(not PLACES or yade.version() != VERSION, reason=f"the trials are those of YADE {VERSION}")
 def test_a_committed_reading_repeats_to_its_last_digit(tmp_path):
     """The first row of a trial, sixty rebounds from its envelope on."""
-    number, truth = next(
-        (int(place.name), truth)
+    place, truth = next(
+        (place, truth)
         for place in PLACES[len(PLACES) // 2 :]
         if (truth := json.loads((place / "sealed.json").read_text(encoding="utf-8")))["kind"] == "one"
     )
-    cases = sealed._cases(BENCH, number, truth)[: BENCH.simulated("rebound")]
+    cases = sealed._cases(BENCH, int(place.name), truth)[: BENCH.simulated("rebound")]
     found = dispatch.run(cases, tmp_path / ".store", workers=1, quiet=True)["rebound_height_mm"]
-    committed = load(PLACES[number]).rows[0]
+    committed = load(place).rows[0]
     assert committed.rig == "rebound" and len(found) == committed.n == 60
     assert found.mean() == pytest.approx(committed.value, rel=1e-5)
     assert found.std(ddof=1) == pytest.approx(committed.sd, rel=1e-5)
