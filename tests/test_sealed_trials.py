@@ -3,6 +3,7 @@ committed reading, made again by YADE."""
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -101,6 +102,22 @@ def test_the_answer_does_not_look_into_the_envelope(tmp_path, asked):
     row = next(csv.DictReader(file.open(encoding="utf-8")))
     assert (place / "answer.json").read_text() == answer
     assert row["hidden"] == "" and row["added"] == "adhesion"
+
+
+def test_a_strength_is_measured_by_pairs_and_is_that_of_the_closed_form(tmp_path, asked):
+    """By 40 pairs a row; lambda from the closed form itself: the misfit that one friction for all lengths leaves."""
+    weighed = replace(SLIPS, trials={"one": 1}, later={4.0: 1}, strength_seeds={"slope_slip": 40})
+    rows = list(csv.DictReader(sealed.run(weighed, tmp_path / "sealed", tmp_path / ".store", 2).open(encoding="utf-8")))
+    lengths = np.array([given["seed_length_mm"] for _, given in SLIPS.conditions])
+    for row in rows:
+        truth = json.loads((tmp_path / f"sealed/{int(row['number']):02d}/sealed.json").read_text())
+        film = PULL * truth["effects"]["adhesion"] / lengths**2
+        angles = np.degrees(np.arctan(truth["parameters"]["seed_powder_static_friction"] * (1 + film)))
+        expected = np.sqrt(np.square(angles - angles.mean()).sum()) / (0.3 / np.sqrt(10))
+        assert float(row["lambda"]) == pytest.approx(expected, rel=0.1)
+    assert float(rows[1]["lambda"]) == pytest.approx(4, rel=0.15), "hidden at lambda 4"
+    pairs = [case for case in asked if case["seed"] >= sealed.FIRST_OF_STRENGTHS]
+    assert sum(case["effects"]["adhesion"]["surface_energy"] == 0 for case in pairs) >= 2 * 5 * 40
 
 
 @pytest.mark.skipif(not PLACES or yade.version() != VERSION, reason=f"the trials are those of YADE {VERSION}")

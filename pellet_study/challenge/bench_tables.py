@@ -154,7 +154,11 @@ def write_predictions(rows: Sequence[dict], folder: Path, command: str) -> list[
         "leaves on noise-free readings; the standard errors hold the scatter of the readings and of the predictions.",
         "",
         *_table(found),
-        *([f"Within their physical range these do not reach lambda 8 on the surfaces: {', '.join(weak)}.", ""] if weak else []),
+        *(
+            [f"Within their physical range these do not reach lambda 8 on the surfaces: {', '.join(weak)}.", ""]
+            if weak
+            else []
+        ),
         "Readings are moved, row by row, by a draw of the uncertainty of the surface they come from. At the physical limit",
         "of seed_shape, tangential_compliance, speed_dependent_rolling, plastic_restitution and viscoelastic_restitution that is",
         "more than the scatter of the readings: what is noticed there may be that.",
@@ -173,7 +177,7 @@ BENCH_TRIALS = """# Sealed trials on YADE bench rigs
 was given (study.toml, measurements.csv) and its answer (answer.json). Readings are of simulated single seeds that
 the model's predictions do not use; every second trial of a kind takes them from other numerics: contacts 0.4 times as stiff
 (0.5 for the roll-out) and a smaller time step. Trials 60 to 89 hide an effect that showed with lambda 4 on the surfaces
-of the day they were sealed; 90 to 101, sealed after the last change of the method, with lambda 8. Lambda here is measured,
+of the day they were sealed, 90 to 101 one with lambda 8 (history.md says which are blind). Lambda here is measured,
 by simulations with and without what is hidden: 120 pairs of rebounds, 2 of slips, 16 of roll-outs a row, in the
 model's numerics; that of a reading offset is exact on the surfaces. The envelope holds that of the surfaces."""
 
