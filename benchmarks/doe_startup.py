@@ -11,7 +11,7 @@ import tempfile
 import time
 from pathlib import Path
 
-from pellet_study.paper import table
+from pellet_study.paper.printed import table
 
 LIMIT = 2.0
 """The commands must answer in less than this many times the import."""

@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pellet_study import bench_figure, look, paper, quadratic
+from pellet_study import bench_figure, look, quadratic
 from pellet_study.bench import STAGES, Calibrated, Mean, Reading
 from pellet_study.errors import InputError
+from pellet_study.paper import printed as paper
 
 PAPER_MEASURED = {"a1": "b1_physical_mm", "a2": "b2_physical_deg", "a3": "b3_physical_mm"}
 PAPER_FOUND = {"a1": "a1_solution", "a2": "a2_solution", "a3": "a3_solution"}

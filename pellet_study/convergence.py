@@ -7,7 +7,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pellet_study import bench, dispatch, paper, rigs
+from pellet_study import bench, dispatch, rigs
+from pellet_study.paper import printed as paper
 from yade_scripts import contacts
 from yade_scripts.particles import alfalfa_seed
 

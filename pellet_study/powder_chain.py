@@ -17,12 +17,13 @@ import numpy as np
 import pandas as pd
 from scipy.special import stdtrit
 
-from pellet_study import dispatch, paper, rigs
+from pellet_study import dispatch, rigs
 from pellet_study.doe import box_behnken, optimum, plackett_burman, validation
 from pellet_study.doe.answers import plain
 from pellet_study.doe.design_table import DesignTable, code_design
 from pellet_study.doe.factors import Factor
 from pellet_study.errors import InputError, SimulationError
+from pellet_study.paper import printed as paper
 from pellet_study.powder_plan import DEFAULT_LAW, OBSERVABLE, RIG, SYMBOLS, Plan, bond, differences
 
 ANGLE = "repose angle"

@@ -5,9 +5,10 @@ from pathlib import Path
 
 import pandas as pd
 
-from pellet_study import powder_stages, render, rigs
+from pellet_study import render, rigs
 from pellet_study.doe import figures
 from pellet_study.doe.answers import plain
+from pellet_study.powder import figures as powder_figures
 from pellet_study.powder_chain import STAGES, Chain, levels, summary
 from pellet_study.powder_plan import NAMES, RIG, Plan
 
@@ -53,7 +54,7 @@ def write_path(chain: Chain, decision: dict) -> str:
     folder = chain.folder / "path"
     runs = pd.read_csv(folder / "runs.csv")
     path = runs[(runs["stage"] == "path") & (runs["verdict"] == "ok")]
-    figures.save({"path": powder_stages.path(path, decision, (chain.plan.target, chain.plan.sd))}, folder)
+    figures.save({"path": powder_figures.path(path, decision, (chain.plan.target, chain.plan.sd))}, folder)
     text = text_of_path(chain.plan, decision)
     (folder / "summary.txt").write_text(text + "\n", encoding="utf-8")
     return text + f"\n\nresults in {folder}"
@@ -71,7 +72,7 @@ def write(chain: Chain, decisions: dict[str, dict]) -> str:
         runs = pd.read_csv(chain.folder / "climb" / "runs.csv")
         good = runs[runs["verdict"] == "ok"]
         measured = (chain.plan.target, chain.plan.sd)
-        drawn["climb"] = {"climb": powder_stages.climb(good, decisions["climb"]["factors"], measured)}
+        drawn["climb"] = {"climb": powder_figures.climb(good, decisions["climb"]["factors"], measured)}
     if hasattr(chain, "targeted"):
         surface = chain.targeted.surface
         drawn["optimum"] = {"surface": figures.surface_contours(surface, chain.targeted, "deg")}

@@ -4,16 +4,14 @@ from itertools import combinations
 from math import isclose
 from pathlib import Path
 
-import numpy as np
 import pandas as pd
 
-from pellet_study import look
 from pellet_study.doe import figures, optimum, plackett_burman
 from pellet_study.doe.factors import Factor
 from pellet_study.errors import InputError
-from pellet_study.look import LIGHT, MEASURED, MODEL, styled
 from pellet_study.pages import number, probability
 from pellet_study.parts import picture, table
+from pellet_study.powder.figures import climb, heaps
 from pellet_study.powder_chain import (
     command,
     curvature,
@@ -143,59 +141,6 @@ def _climb(folder: Path, measured) -> dict:
     }
 
 
-@styled
-def climb(runs: pd.DataFrame, names: list[str], measured: tuple[float, float | None] | None):
-    """Angles of the heaps along a path in several factors, the measured angle beside."""
-    at = runs.groupby(names).ngroup() + 1
-    figure, axes = look.new_axes(max(6.0, 0.8 + 0.72 * at.nunique()), 4.0)
-    axes.errorbar(
-        at, runs[OBSERVABLE], runs["direction_error_deg"], fmt="o", color=MODEL, capsize=3, label="simulated heap"
-    )
-    mean = runs[OBSERVABLE].groupby(at).mean()
-    if len(mean) < len(runs):
-        axes.plot(mean.index, mean, "_-", color=MODEL, markersize=14, label="their mean")
-    if measured:
-        value, sd = measured
-        if sd:
-            axes.axhspan(value - sd, value + sd, color=LIGHT, alpha=0.5, zorder=0, label=f"±{sd:g} deg, its sd")
-        axes.axhline(value, color=MEASURED, linestyle="--", label=f"measured {value:g} deg")
-    points = runs.drop_duplicates(names).sort_values(names)
-    axes.set_xticks(mean.index, ["\n".join(f"{n} {row[n]:.3g}" for n in names) for _, row in points.iterrows()])
-    axes.set_xlabel(f"point of the path (levels of {', '.join(names)})")
-    axes.set_ylabel("repose angle (deg)")
-    axes.legend()
-    return figure
-
-
-@styled
-def path(runs: pd.DataFrame, decision: dict, measured: tuple[float, float]):
-    """Angles of the heaps of a calibration in few heaps against their place on the path, with the line and what was found."""
-    value, sd = measured
-    figure, axes = look.new_axes(6.0, 4.0)
-    axes.errorbar(
-        runs["place"],
-        runs[OBSERVABLE],
-        runs["direction_error_deg"],
-        fmt="o",
-        color=MODEL,
-        capsize=3,
-        label="simulated heap",
-    )
-    t = decision["place"]
-    ends = np.array([min(runs["place"].min(), t), max(runs["place"].max(), t)]) + [-0.1, 0.1]
-    axes.plot(
-        ends, decision["predicted_deg"] + decision["slope_deg"] * (ends - t), color="black", label="straight line"
-    )
-    axes.axhspan(value - sd, value + sd, color=LIGHT, alpha=0.5, zorder=0, label=f"±{sd:g} deg, its sd")
-    axes.axhline(value, color=MEASURED, linestyle="--", label=f"measured {value:g} deg")
-    name = "setting found" if decision["met"] else "nearest setting"
-    axes.plot(t, decision["predicted_deg"], "*", color="white", markeredgecolor="black", markersize=14, label=name)
-    axes.set_xlabel(f"place on the path of {', '.join(decision['factors'])} (-1 to 1: the box of the screening)")
-    axes.set_ylabel("repose angle (deg)")
-    figure.legend(loc="outside lower center", ncols=3)
-    return figure
-
-
 def _surface(folder: Path, measured) -> dict:
     good, words = _good(folder, "surface")
     decision = read_decision(folder, "surface")
@@ -281,19 +226,3 @@ def _validation(folder: Path, measured) -> dict:
         ],
         "tables": [],
     }
-
-
-@styled
-def heaps(angles: np.ndarray, mean: float, interval, measured: float, margin: float):
-    """Angles of heaps of different seeds beside the measured angle and its margin."""
-    figure, axes = look.new_axes(5.6, 3.2)
-    axes.axhspan(measured - margin, measured + margin, color=look.BAND, zorder=0, label=f"margin ±{margin:g}")
-    axes.axhline(measured, color=MEASURED, linestyle="--", label=f"measured {measured:g}")
-    axes.axhspan(*interval, color=LIGHT, alpha=0.7, zorder=1)
-    axes.axhline(mean, color=MODEL, label=f"mean {mean:.2f}, 95 %")
-    axes.plot(np.arange(1, len(angles) + 1), angles, "o", color=MODEL, markeredgecolor="black", zorder=3)
-    axes.set_xticks(np.arange(1, len(angles) + 1)[:: 1 + len(angles) // 15])
-    axes.set_xlabel("heap (-)")
-    axes.set_ylabel("repose angle (deg)")
-    figure.legend(loc="outside lower center", ncols=3)
-    return figure

@@ -6,8 +6,9 @@ import shutil
 import numpy as np
 import pytest
 
-from pellet_study import bench, paper, quadratic
+from pellet_study import bench, quadratic
 from pellet_study.__main__ import main
+from pellet_study.paper import printed as paper
 
 
 @pytest.mark.parametrize(

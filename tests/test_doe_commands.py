@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from pellet_study.__main__ import main
-from pellet_study.paper import table
+from pellet_study.paper.printed import table
 
 KEYS = {
     "effects",

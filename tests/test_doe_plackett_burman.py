@@ -21,7 +21,7 @@ from pellet_study.doe import plackett_burman
 from pellet_study.doe.design_table import code_design
 from pellet_study.doe.factors import Factor
 from pellet_study.errors import InputError
-from pellet_study.paper import table
+from pellet_study.paper.printed import table
 
 CAST_FATIGUE = """
 + + - + + + -  6.058

@@ -9,7 +9,7 @@ import pytest
 from pellet_study.__main__ import main
 from pellet_study.doe import box_behnken, figures, plackett_burman, text
 from pellet_study.doe.design_table import code_design
-from pellet_study.paper import table
+from pellet_study.paper.printed import table
 
 LEVELS = ["--factor", "B=0.90,0.82", "--factor", "C=0.25,0.33", "--factor", "G=0.10,0.18"]
 

@@ -10,7 +10,8 @@ import pytest
 from pellet_study.doe import box_behnken, plackett_burman
 from pellet_study.doe.linear_model import interval
 from pellet_study.doe.optimum import target_set
-from pellet_study.paper import designs, table
+from pellet_study.paper import designs
+from pellet_study.paper.printed import table
 from pellet_study.paper.verdicts import equal_as_printed
 
 TABLE_8 = {

@@ -9,9 +9,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study import answers, paper, report
+from pellet_study import answers, report
 from pellet_study.errors import InputError
 from pellet_study.paper import designs, results
+from pellet_study.paper import printed as paper
 from tests.browser import WIDTHS, chromium, inspect
 from tests.make_study import command, folder, incline
 

@@ -1,35 +1,8 @@
-"""The source paper's printed tables, as data.
+"""The source paper: what it prints, as data, and what becomes of it when it is recomputed.
 
-"Determination and testing of pelletized coated "
-"particles" (powder of soybean meal and diatomaceous earth on alfalfa
-seeds, EDEM); tables.json holds every printed cell as text and as number.
+"Determination and testing of pelletized coated particles" (powder of soybean meal and diatomaceous earth on alfalfa seeds,
+EDEM); tables.json holds every printed cell as text and as number.
+
+    verdicts, printed < designs < audit/bench, audit/climb, audit/optimum, audit/screening, audit/surface
+    < audit/verification < results
 """
-
-import json
-from functools import cache
-from importlib.resources import files
-
-import pandas as pd
-
-
-@cache
-def tables() -> dict:
-    """The content of tables.json: `tables`, `equations` and `text` as printed."""
-    return json.loads(files(__name__).joinpath("tables.json").read_text(encoding="utf-8"))
-
-
-def table(number: int) -> pd.DataFrame:
-    """One printed table as numbers (columns named as printed; cells that are no plain number are missing)."""
-    printed = tables()["tables"][str(number)]
-    return pd.DataFrame(printed["values"], columns=printed["columns"])
-
-
-def printed_cells(number: int) -> dict[str, dict[str, str]]:
-    """{row label: {column: printed cell}} of a table whose first column names its rows."""
-    content = tables()["tables"][str(number)]
-    return {row[0]: dict(zip(content["columns"], row, strict=True)) for row in content["printed"]}
-
-
-def printed_text() -> dict:
-    """The numbers printed in the running text."""
-    return tables()["text"]

@@ -8,7 +8,7 @@ from pellet_study.doe import box_behnken, plackett_burman
 from pellet_study.doe.design_table import DesignTable, code_design
 from pellet_study.doe.factors import Factor
 from pellet_study.doe.linear_model import LinearFit, fit
-from pellet_study.paper import table, tables
+from pellet_study.paper.printed import table, tables
 
 UNITS = {"G": "J/m2"}
 """Units of the factors; the others are pure numbers."""

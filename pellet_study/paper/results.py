@@ -8,8 +8,9 @@ import pandas as pd
 
 from pellet_study.doe import figures, optimum, steepest_climb
 from pellet_study.look import new_axes, styled
-from pellet_study.paper import designs, table, tables
+from pellet_study.paper import designs
 from pellet_study.paper.audit import counts
+from pellet_study.paper.printed import table, tables
 from pellet_study.paper.verdicts import Item
 
 UNIT = "deg"

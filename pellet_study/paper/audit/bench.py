@@ -5,7 +5,8 @@ from itertools import product
 import numpy as np
 
 from pellet_study.doe.linear_model import interval
-from pellet_study.paper import designs, printed_text, table, tables
+from pellet_study.paper import designs
+from pellet_study.paper.printed import printed_text, table, tables
 from pellet_study.paper.verdicts import DATA_MISSING, LEVEL, Item, compare, half_last_digit, judged
 
 LAYOUT = {"3": ("Table 3, Eq. 1", "a1", "b1"), "5": ("Table 5, Eq. 3", "a3", "b3")}

@@ -4,8 +4,9 @@ import numpy as np
 
 from pellet_study.doe.linear_model import interval
 from pellet_study.doe.steepest_climb import first_order_model
-from pellet_study.paper import designs, printed_text, table, tables
+from pellet_study.paper import designs
 from pellet_study.paper.designs import implied_angles
+from pellet_study.paper.printed import printed_text, table, tables
 from pellet_study.paper.verdicts import LEVEL, NOT_RECOMPUTABLE, Item, judged
 
 

@@ -6,8 +6,9 @@ import numpy as np
 
 from pellet_study.doe.linear_model import interval
 from pellet_study.doe.optimum import target_set
-from pellet_study.paper import designs, printed_text, table
+from pellet_study.paper import designs
 from pellet_study.paper.designs import implied_angles
+from pellet_study.paper.printed import printed_text, table
 from pellet_study.paper.verdicts import INCONSISTENT, LEVEL, REPRODUCED, Item, compare, judged
 
 

@@ -3,7 +3,8 @@
 import numpy as np
 
 from pellet_study.doe.plackett_burman import coded_matrix
-from pellet_study.paper import designs, printed_cells
+from pellet_study.paper import designs
+from pellet_study.paper.printed import printed_cells
 from pellet_study.paper.verdicts import DATA_MISSING, INCONSISTENT, REPRODUCED, Item, compare, judged
 
 

@@ -1,6 +1,7 @@
 """The Box-Behnken test: Tables 11 to 13, Eq. 4."""
 
-from pellet_study.paper import designs, printed_cells, printed_text, tables
+from pellet_study.paper import designs
+from pellet_study.paper.printed import printed_cells, printed_text, tables
 from pellet_study.paper.verdicts import DATA_MISSING, INCONSISTENT, REPRODUCED, Item, compare
 
 

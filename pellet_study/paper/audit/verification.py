@@ -4,8 +4,8 @@ from itertools import product
 
 import numpy as np
 
-from pellet_study.paper import printed_text, tables
 from pellet_study.paper.audit.optimum import at_optimum
+from pellet_study.paper.printed import printed_text, tables
 from pellet_study.paper.verdicts import DATA_MISSING, Item, compare, judged
 
 

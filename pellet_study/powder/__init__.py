@@ -1,0 +1,1 @@
+"""The powder calibration."""
