@@ -16,7 +16,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pellet_study import look, powder_chain, powder_path, powder_plan, study
+from pellet_study import powder_chain, powder_path, powder_plan, study
+from pellet_study.output import style
 from pellet_study.powder_plan import OBSERVABLE
 from yade_scripts.powder_scene import damper_share
 
@@ -74,21 +75,21 @@ def main() -> None:
         print(pd.DataFrame(rows[-1:]).round(3).to_string(index=False, header=len(rows) == 1), flush=True)
     table = pd.DataFrame(rows).round(4)
     table.to_csv(FOLDER / "half_runs.csv", index=False, lineterminator="\n")
-    look.save(drawn(table), FOLDER / "figures" / "half_runs.png")
+    style.save(drawn(table), FOLDER / "figures" / "half_runs.png")
     for name in ("paper_design", "full_chain"):
         share = table[f"cost_over_{name}"]
         print(f"time steps of --few over {name}: median {share.median():.2f} ({share.min():.2f} to {share.max():.2f})")
 
 
-@look.styled
+@style.styled
 def drawn(table: pd.DataFrame):
     """Heaps of each way, and what the setting of --few gives, for each target."""
-    figure, (cost, angle) = look.new_axes(8.0, 3.6, ncols=2)
+    figure, (cost, angle) = style.new_axes(8.0, 3.6, ncols=2)
     place = np.arange(len(table))
     for shift, name, label, colour in (
-        (-0.27, "full_chain", "chain, three heaps a point", look.MODEL),
-        (0.0, "paper_design", "chain, a heap a point", look.LIGHT),
-        (0.27, "few", "calibrate --few", look.MEASURED),
+        (-0.27, "full_chain", "chain, three heaps a point", style.MODEL),
+        (0.0, "paper_design", "chain, a heap a point", style.LIGHT),
+        (0.27, "few", "calibrate --few", style.MEASURED),
     ):
         cost.bar(place + shift, table[f"{name}_heaps"], 0.27, color=colour, label=label)
     cost.set_xticks(place, [f"{t:g}" for t in table["target_deg"]])
@@ -98,7 +99,7 @@ def drawn(table: pd.DataFrame):
     cost.legend(loc="upper right")
     angle.errorbar(
         table["target_deg"], table["found_deg"] - table["target_deg"], 1.96 * table["found_error_deg"],
-        fmt="o", color=look.MEASURED, capsize=3,
+        fmt="o", color=style.MEASURED, capsize=3,
     )  # fmt: skip
     angle.axhline(0, color="black", linewidth=0.8)
     angle.set_xlabel("target (deg)")

@@ -62,7 +62,7 @@ def draw(table: pd.DataFrame, file: Path) -> None:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    from pellet_study.look import LINE, MODEL, STYLE
+    from pellet_study.output.style import LINE, MODEL, STYLE
 
     with plt.rc_context(STYLE):
         figure, axes = plt.subplots(figsize=(4.4, 3.2), layout="constrained")

@@ -15,7 +15,8 @@ import numpy as np
 import pandas as pd
 import statsmodels.api as sm
 
-from pellet_study import dispatch, look, rigs, study
+from pellet_study import dispatch, rigs, study
+from pellet_study.output import style
 from pellet_study.paper.designs import screening_factors
 from pellet_study.powder_plan import IDLE, OBSERVABLE, RIG, SYMBOLS
 
@@ -76,7 +77,7 @@ def main() -> None:
     coded = np.array([[f.coded(row.parameters[SYMBOLS[f.name]]) for f in factors] for row in loaded.rows])
     told = effects(beside, coded, [f.name for f in factors])
     told.to_csv(FOLDER / "effects.csv", index=False, lineterminator="\n")
-    look.save(drawn(beside), FOLDER / "beside.png")
+    style.save(drawn(beside), FOLDER / "beside.png")
     print(told.to_string(index=False))
     for table in ("", "Table 7", "Table 12"):
         mine = beside[beside["point"].str.startswith(table)].dropna(subset="ours_deg")
@@ -88,13 +89,13 @@ def main() -> None:
         )
 
 
-@look.styled
+@style.styled
 def drawn(beside: pd.DataFrame):
     """Theirs against ours, a point a setting."""
-    figure, axes = look.new_axes(5.0, 4.4)
+    figure, axes = style.new_axes(5.0, 4.4)
     for table, colour, marker in (
-        ("Table 7", look.MODEL, "o"),
-        ("Table 12", look.MEASURED, "s"),
+        ("Table 7", style.MODEL, "o"),
+        ("Table 12", style.MEASURED, "s"),
         ("verification", "black", "*"),
     ):
         mine = beside[beside["point"].str.startswith(table)]

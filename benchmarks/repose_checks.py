@@ -191,7 +191,7 @@ def draw(tables: dict, file: Path) -> None:
     matplotlib.use("Agg")
     import matplotlib.pyplot as plt
 
-    from pellet_study.look import BAND, MEASURED, MODEL, STYLE
+    from pellet_study.output.style import BAND, MEASURED, MODEL, STYLE
 
     rows = pd.concat([tables["repose"], tables["repose_amplification"].iloc[1:]]).reset_index(drop=True)
     named = rows["what"].where(rows["setting"] == "all defaults", rows["setting"])

@@ -5,8 +5,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pellet_study import look
-from pellet_study.look import MEASURED, MODEL, styled
+from pellet_study.output import style
+from pellet_study.output.style import MEASURED, MODEL, styled
 from pellet_study.photograph import Photograph
 
 UNSURE_DEG = 3.0  # uncertainty of a photograph from which on its lines miss the flanks; level views of heaps stay below
@@ -68,7 +68,7 @@ def draw(files: Sequence[Path], found: Sequence[Photograph], folder: Path) -> li
         while path in paths:
             path = folder / f"{file.stem}_{again}.png"
             again += 1
-        paths.append(look.save(overlay(photo), path))
+        paths.append(style.save(overlay(photo), path))
     return paths
 
 
@@ -76,7 +76,7 @@ def draw(files: Sequence[Path], found: Sequence[Photograph], folder: Path) -> li
 def overlay(photo: Photograph):
     """The photograph with the profile, the fitted lines and the level it was measured from."""
     rows, columns = photo.pixels.shape[:2]
-    figure, axes = look.new_axes(7.0, 7.0 * rows / columns + 0.5)
+    figure, axes = style.new_axes(7.0, 7.0 * rows / columns + 0.5)
     axes.imshow(photo.pixels)
     axes.set_axis_off()
     axes.plot(*photo.outline.T, color="black", linewidth=2.4)

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from pellet_study import look
-from pellet_study.look import MEASURED, MODEL, PAPER, label, styled
+from pellet_study.output import style
+from pellet_study.output.style import MEASURED, MODEL, PAPER, label, styled
 
 
 @styled
@@ -19,7 +19,7 @@ def sweep(result, paper_x=None, paper_y=None, paper_curve=None):
     from scipy.stats import t
 
     stage, curve = result.stage, result.curve
-    figure, ax = look.new_axes(5.6, 3.8)
+    figure, ax = style.new_axes(5.6, 3.8)
     x = np.linspace(curve.low, curve.high, 200)
     band = t.ppf(0.975, curve.residual_df) * curve.standard_error(x)
     ax.fill_between(x, curve.at(x) - band, curve.at(x) + band, color=MODEL, alpha=0.2, lw=0)

@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pellet_study import bench_figure, look, quadratic
+from pellet_study import bench_figure, quadratic
 from pellet_study.bench import STAGES, Calibrated, Mean, Reading
 from pellet_study.errors import InputError
+from pellet_study.output import style
 from pellet_study.paper import printed as paper
 
 PAPER_MEASURED = {"a1": "b1_physical_mm", "a2": "b2_physical_deg", "a3": "b3_physical_mm"}
@@ -60,7 +61,7 @@ def write(results: Sequence[Calibrated], folder: Path, contact_law: str) -> str:
     for result in results:
         stage = result.stage
         result.sweep.round(6).to_csv(folder / f"sweep_{stage.rig}.csv", index=False, lineterminator="\n")
-        look.save(figure(result), folder / "figures" / f"{stage.rig}.png")
+        style.save(figure(result), folder / "figures" / f"{stage.rig}.png")
         record = _stage(result)
         low, high = record.pop("interval")
         coefficients = dict(zip(("c0", "c1", "c2"), record.pop("coefficients"), strict=True))

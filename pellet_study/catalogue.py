@@ -3,13 +3,13 @@
 import importlib
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 from functools import cache
 from pathlib import Path
 from typing import NamedTuple
 
 import yade_scripts
 from pellet_study.errors import InputError
+from pellet_study.output.words import nearest
 
 SCRIPTS = Path(yade_scripts.__file__).resolve().parent
 CLOSED_FORM = Path(__file__).resolve().parent / "closed_form"
@@ -136,15 +136,6 @@ class Catalogue:
         if name not in self.effects:
             raise InputError(f"{where}effect {name!r} is unknown{nearest(name, self.effects)}")
         return self.effects[name]
-
-
-def nearest(given: str, accepted) -> str:
-    """`; accepted are a, b, c; did you mean b?` for an error message."""
-    names = sorted(accepted)
-    if not names:
-        return "; there is none"
-    near = get_close_matches(str(given), names, n=1)
-    return f"; accepted are {', '.join(names)}" + (f"; did you mean {near[0]!r}?" if near else "")
 
 
 def rig_from(module, file: Path | None = None) -> Rig:

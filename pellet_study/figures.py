@@ -4,9 +4,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pellet_study import look
 from pellet_study.diagnose import TIE
-from pellet_study.look import DASHES, MARKERS, SERIES, label, styled
+from pellet_study.output import style as look
+from pellet_study.output.style import DASHES, MARKERS, SERIES, label, styled
 
 
 def model_name(effects: Sequence[str]) -> str:

@@ -13,19 +13,10 @@ from pathlib import Path
 import numpy as np
 
 from pellet_study import rigs
-from pellet_study.catalogue import (
-    Acting,
-    Catalogue,
-    Effect,
-    Rig,
-    declaring,
-    effect_from,
-    nearest,
-    rig_from,
-    standard,
-)
+from pellet_study.catalogue import Acting, Catalogue, Effect, Rig, declaring, effect_from, rig_from, standard
 from pellet_study.errors import InputError, StudyError
 from pellet_study.measurements import Measurement
+from pellet_study.output.words import nearest
 
 INERT = 1e-6  # relative change of a prediction by an effect at `absent`: what a rig's solver leaves
 log = logging.getLogger(__name__)

@@ -4,26 +4,17 @@ from collections.abc import Sequence
 
 from pellet_study.compare import HELD_OUT_FAILS, Comparison, Drift
 from pellet_study.diagnose import Diagnosis, Suspect
-from pellet_study.look import unit_in_words
 from pellet_study.next_measurement import NextMeasurement
+from pellet_study.output.style import unit_in_words
+from pellet_study.output.terminal import folded
+from pellet_study.output.words import number, probability
 from pellet_study.refine import Refinement
 from pellet_study.study import Study
-from pellet_study.terminal import folded
 
 LEGEND = (
     "(visible: share of its change that no constant imitates; score: of its shape, in standard errors; p adj.: over all "
     "candidates; chi2 drop: when it is fitted)"
 )
-
-
-def number(value: float | None, digits: int = 4) -> str:
-    """A number with so many significant digits, `-` where unknown."""
-    return "-" if value is None else f"{value:.{digits}g}"
-
-
-def probability(p: float | None) -> str:
-    """p in words a reader can use."""
-    return "-" if p is None else ("< 0.001" if p < 0.001 else f"{p:.3f}")
 
 
 def drift_words(drift: Drift) -> str:

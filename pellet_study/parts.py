@@ -6,7 +6,7 @@ from collections.abc import Iterable, Sequence
 
 import numpy as np
 
-from pellet_study import look
+from pellet_study.output import style
 
 DOTS_PER_INCH = 96  # of a page on the screen
 
@@ -18,7 +18,7 @@ def table(head: Sequence[str], rows: Iterable[Sequence], numbers: Iterable[int] 
 
 def picture(figure, alt: str, caption: str) -> dict:
     """A figure as SVG inside the page; `alt` says what it shows, `caption` how to read it."""
-    data = base64.b64encode(look.svg(figure).encode()).decode()
+    data = base64.b64encode(style.svg(figure).encode()).decode()
     width, height = (round(DOTS_PER_INCH * inches) for inches in figure.get_size_inches())
     source = f"data:image/svg+xml;base64,{data}"
     return {"source": source, "alt": alt, "caption": caption, "width": width, "height": height}

@@ -9,7 +9,7 @@ import pandas as pd
 from pellet_study.doe import figures, optimum, plackett_burman
 from pellet_study.doe.factors import Factor
 from pellet_study.errors import InputError
-from pellet_study.pages import number, probability
+from pellet_study.output.words import number, probability
 from pellet_study.parts import picture, table
 from pellet_study.powder.figures import climb, heaps
 from pellet_study.powder_chain import (

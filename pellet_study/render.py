@@ -9,9 +9,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pellet_study import look
 from pellet_study.errors import InputError
-from pellet_study.look import styled
+from pellet_study.output import style
+from pellet_study.output.style import styled
 from yade_scripts import heap
 
 COLUMNS = ("x_m", "y_m", "z_m", "radius_m")
@@ -166,11 +166,11 @@ def profile(centres, radii):
     flanks = heap.fit_flanks(x, height)
     shown, sizes = without_strays(centres, radii)
     ends = 1e3 * np.array([(shown[:, 0] - sizes).min(), (shown[:, 0] + sizes).max()])
-    figure, axes = look.new_axes(6.0, 1.4 + 5.2 * 1.1e3 * height.max() / np.ptp(ends))
-    axes.fill_between(1e3 * x, 1e3 * height, color=look.BAND)
+    figure, axes = style.new_axes(6.0, 1.4 + 5.2 * 1.1e3 * height.max() / np.ptp(ends))
+    axes.fill_between(1e3 * x, 1e3 * height, color=style.BAND)
     axes.plot(1e3 * x, 1e3 * height, color="black", linewidth=1, label="outline of the grains")
     for flank, side, colour, dash in zip(
-        flanks, ("left", "right"), (look.MEASURED, look.MODEL), ("-", "--"), strict=True
+        flanks, ("left", "right"), (style.MEASURED, style.MODEL), ("-", "--"), strict=True
     ):
         along = np.array([flank.start, flank.end])
         label = f"{side} flank {flank.angle_deg:.2f} deg"

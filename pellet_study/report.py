@@ -10,10 +10,12 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 import pellet_study
-from pellet_study import answers, figures, look, pictured, powder_chain, stages
+from pellet_study import answers, figures, pictured, powder_chain, stages
 from pellet_study.errors import InputError
-from pellet_study.look import label
-from pellet_study.pages import fit_words, number, probability
+from pellet_study.output import style
+from pellet_study.output.style import label
+from pellet_study.output.words import number, probability
+from pellet_study.pages import fit_words
 from pellet_study.parts import picture, table
 from pellet_study.study import Study, load
 
@@ -137,7 +139,7 @@ def _short(compared, diagnoses, steps, done) -> list[str]:
         first, last = steps[0], steps[-1]
         found.append(
             f"The model {figures.model_name(first['effects'])} leaves an rms error of {number(first['rms_error'], 3)} "
-            f"{look.unit_in_words(first['rms_error_unit'])}; {figures.model_name(last['effects'])} leaves "
+            f"{style.unit_in_words(first['rms_error_unit'])}; {figures.model_name(last['effects'])} leaves "
             f"{number(last['rms_error'], 3)}."
         )
         if last.get("noise_floor"):
@@ -242,7 +244,7 @@ def _model(told: dict | None) -> dict | None:
         return None
     rows = []
     for name, value in told["parameters"].items():
-        text, unit = look.words(name.replace(".", ": "))
+        text, unit = style.words(name.replace(".", ": "))
         limits = told["intervals"].get(name)
         remark = [
             w
@@ -351,11 +353,11 @@ def _missing(study: Study, told: dict) -> dict:
     rows = []
     for s in told["ranking"]:
         size = ", ".join(
-            f"{look.words(n)[0]} {number(v, 3)} {look.words(n)[1]}".removesuffix(" -") for n, v in s["value"].items()
+            f"{style.words(n)[0]} {number(v, 3)} {style.words(n)[1]}".removesuffix(" -") for n, v in s["value"].items()
         )
         remark = s["note"] or ("explains" if s["explains"] else "does not explain")
         if s["beyond"]:
-            remark += f"; would need {', '.join(f'{look.words(k)[0]} {number(v, 3)}' for k, v in s['beyond'].items())}"
+            remark += f"; would need {', '.join(f'{style.words(k)[0]} {number(v, 3)}' for k, v in s['beyond'].items())}"
         if s["smallest_visible"] is not None and s["note"] in ("wrong sign", "these data cannot show it"):
             remark += f"; from {number(s['smallest_visible'], 3)} on it would be noticed"
         score = "-" if s["score"] is None else f"{s['score']:.1f}"
@@ -408,7 +410,7 @@ def _ladder(steps: Sequence[dict]) -> dict | None:
         ]
         for k, s in enumerate(steps)
     ]
-    unit = look.unit_in_words(steps[-1]["rms_error_unit"])
+    unit = style.unit_in_words(steps[-1]["rms_error_unit"])
     return {
         "pictures": [
             picture(

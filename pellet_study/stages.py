@@ -6,7 +6,7 @@ import pandas as pd
 
 from pellet_study import bench_report
 from pellet_study.bench_report import PAPER_FOUND
-from pellet_study.look import label, words
+from pellet_study.output.style import label, words
 from pellet_study.paper import printed as paper
 from pellet_study.parts import picture, table
 from pellet_study.powder_plan import OBSERVABLE

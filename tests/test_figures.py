@@ -7,8 +7,9 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from pellet_study import figures, look, render
+from pellet_study import figures, render
 from pellet_study.errors import InputError
+from pellet_study.output import style
 from pellet_study.paper.results import drawn
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -42,10 +43,12 @@ def test_a_unit_on_every_axis():
 
 
 def test_series_differ_in_grey_or_by_another_sign():
-    grey = [0.2126 * r + 0.7152 * g + 0.0722 * b for r, g, b in map(to_rgb, look.SERIES)]
+    grey = [0.2126 * r + 0.7152 * g + 0.0722 * b for r, g, b in map(to_rgb, style.SERIES)]
     for k, a in enumerate(grey):
         for m in range(k):
-            assert abs(a - grey[m]) > 0.1 or (look.MARKERS[k] != look.MARKERS[m] and look.DASHES[k] != look.DASHES[m])
+            assert abs(a - grey[m]) > 0.1 or (
+                style.MARKERS[k] != style.MARKERS[m] and style.DASHES[k] != style.DASHES[m]
+            )
 
 
 def test_legends_lie_inside_their_figures():
@@ -67,7 +70,7 @@ def test_a_tie_is_drawn_as_a_tie():
     names = [s["effect"] for s in told["ranking"]][:2]
     figure = figures.ranking({**told, "verdict": "tied", "missing": [], "tied": names})
     bars = [b for b in figure.axes[0].patches if b.get_height() == pytest.approx(0.62)]
-    filled = [b for b in bars if b.get_facecolor()[:3] == pytest.approx(to_rgb(look.MODEL))]
+    filled = [b for b in bars if b.get_facecolor()[:3] == pytest.approx(to_rgb(style.MODEL))]
     assert len(filled) == 2
     assert "tied" in [text.get_text() for text in figure.legends[0].get_texts()]
 
@@ -82,7 +85,7 @@ def test_a_tie_is_drawn_as_a_tie():
     ],
 )
 def test_names_become_labels(name, label):
-    assert look.label(name) == label
+    assert style.label(name) == label
 
 
 def test_a_picture_of_grains_shows_them_where_they_are():

@@ -40,7 +40,6 @@ ROOMS = {
     "__main__": "errors study commands",
 }
 LOOSE = {
-    "output": ["look", "terminal"],
     "rigs": ["catalogue", "rigs", "closed_form/layer_on_incline", "closed_form/shear_cell"],
     "study": ["measurements", "own", "study"],
     "simulate": ["yade", "store", "campaign", "cluster", "dispatch", "law_checks"],

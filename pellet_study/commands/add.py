@@ -4,12 +4,12 @@ import argparse
 from pathlib import Path
 
 from pellet_study import answers, pages
-from pellet_study.catalogue import nearest
 from pellet_study.compare import calibrate, compare
 from pellet_study.errors import InputError
 from pellet_study.model import Model
+from pellet_study.output.terminal import done, say, warn, working
+from pellet_study.output.words import nearest
 from pellet_study.study import Setting, check, load, settings, write_effect
-from pellet_study.terminal import done, say, warn, working
 
 EXAMPLE = """\
 Writes the effect into [effects] of study.toml, compare.txt and compare.json, and a step of the history.

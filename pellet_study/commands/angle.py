@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from pellet_study.errors import InputError
-from pellet_study.terminal import done, say, warn, working
+from pellet_study.output.terminal import done, say, warn, working
 
 EXAMPLE = """\
 Photograph the heap from the side, the camera at its height, lit from the front, with background of another tone on both

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from pellet_study.commands.pb import writing
-from pellet_study.terminal import done, say
+from pellet_study.output.terminal import done, say
 
 EXAMPLES = """\
 verdicts: reproduced (equal at the printed digits), reproduced to rounding, consistent, inconsistent, data

@@ -5,7 +5,7 @@ from pathlib import Path
 
 from pellet_study.commands.pb import add_table_arguments, check_arguments, kept, warn, write_design, writing
 from pellet_study.errors import InputError
-from pellet_study.terminal import done, say
+from pellet_study.output.terminal import done, say
 
 EXAMPLES = """\
 TABLE.csv: factor columns in coded or physical units, the response in the last column; an empty response is a

@@ -4,7 +4,7 @@ import argparse
 from pathlib import Path
 
 from pellet_study.errors import InputError
-from pellet_study.terminal import done, say, warn
+from pellet_study.output.terminal import done, say, warn
 
 EPILOG = """\
 The measurements need a row of at least one of the rigs rebound, slope_slip and inclined_roll.

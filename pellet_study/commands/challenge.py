@@ -14,7 +14,7 @@ import sys
 from pathlib import Path
 
 from pellet_study.challenge import acceptance
-from pellet_study.terminal import done, folded, say
+from pellet_study.output.terminal import done, folded, say
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:

@@ -5,8 +5,8 @@ from pathlib import Path
 
 from pellet_study import answers, pages
 from pellet_study.compare import calibrate, compare
+from pellet_study.output.terminal import done, say, warn, working
 from pellet_study.study import load
-from pellet_study.terminal import done, say, warn, working
 
 EXAMPLE = """\
 Writes compare.txt and compare.json into STUDY, which `report` shows.
@@ -36,9 +36,10 @@ def run(arguments: argparse.Namespace) -> dict:
     warn([*found.warnings, *interpolation], noted=found.warnings)
     answers.leave(arguments.study, "compare", page, answer)
     if arguments.figures:
-        from pellet_study import figures, look
+        from pellet_study import figures
+        from pellet_study.output import style
 
-        look.save(figures.predictions(answer["rows"]), arguments.study / "figures" / "predictions.png")
-        look.save(figures.residuals([answer]), arguments.study / "figures" / "residuals.png")
+        style.save(figures.predictions(answer["rows"]), arguments.study / "figures" / "predictions.png")
+        style.save(figures.residuals([answer]), arguments.study / "figures" / "residuals.png")
     done(arguments.study / "compare.txt", f"{'report' if found.fits else 'diagnose'} {arguments.study}")
     return answer

@@ -7,8 +7,8 @@ from pellet_study import answers, pages
 from pellet_study.compare import calibrate
 from pellet_study.diagnose import diagnose
 from pellet_study.levels import by_level
+from pellet_study.output.terminal import done, say, warn, working
 from pellet_study.study import load
-from pellet_study.terminal import done, say, warn, working
 
 EXAMPLE = """\
 Writes diagnose.txt and diagnose.json into STUDY, which `report` shows; study.toml stays as it is.
@@ -37,13 +37,14 @@ def run(arguments: argparse.Namespace) -> dict:
     warn(found.warnings, noted=found.warnings)
     answers.leave(arguments.study, "diagnose", page, answer)
     if arguments.figures:
-        from pellet_study import figures, look
+        from pellet_study import figures
+        from pellet_study.output import style
 
         folder = arguments.study / "figures"
         if answer["ranking"]:
-            look.save(figures.ranking(answer), folder / "ranking.png")
+            style.save(figures.ranking(answer), folder / "ranking.png")
         if answer["by_level"]:
-            look.save(figures.constants(answer["by_level"]), folder / "constants.png")
+            style.save(figures.constants(answer["by_level"]), folder / "constants.png")
     after = f"add {arguments.study} {found.missing[0]}" if found.missing else f"report {arguments.study}"
     done(arguments.study / "diagnose.txt", after)
     return answer

@@ -7,7 +7,7 @@ import tempfile
 from pathlib import Path
 
 from pellet_study.errors import StudyError
-from pellet_study.terminal import done
+from pellet_study.output.terminal import done
 
 EPILOG = """\
 examples:

@@ -4,11 +4,11 @@ import argparse
 from pathlib import Path
 
 from pellet_study import answers, pages
-from pellet_study.catalogue import nearest
 from pellet_study.compare import compare
 from pellet_study.errors import InputError
+from pellet_study.output.terminal import done, say, warn, working
+from pellet_study.output.words import nearest
 from pellet_study.study import erase_effect, load
-from pellet_study.terminal import done, say, warn, working
 
 EXAMPLE = """\
 Takes the effect out of [effects] of study.toml; writes compare.txt and compare.json, and a step of the history.

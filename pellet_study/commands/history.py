@@ -5,8 +5,8 @@ from pathlib import Path
 
 from pellet_study import answers, pages
 from pellet_study.errors import InputError
+from pellet_study.output.terminal import done, say
 from pellet_study.study import load
-from pellet_study.terminal import done, say
 
 EXAMPLE = """\
 The steps that add, drop and refine left in STUDY; draws figures/ladder.png.
@@ -29,8 +29,9 @@ def run(arguments: argparse.Namespace) -> dict:
     if not steps:
         raise InputError(f"{arguments.study}: nothing was done yet; run add, drop or refine first")
     say(pages.folded([study.title, "", *pages.ladder(steps)]))
-    from pellet_study import figures, look
+    from pellet_study import figures
+    from pellet_study.output import style
 
-    file = look.save(figures.ladder(steps), arguments.study / "figures" / "ladder.png")
+    file = style.save(figures.ladder(steps), arguments.study / "figures" / "ladder.png")
     done(file, f"report {arguments.study}")
     return {"steps": steps}

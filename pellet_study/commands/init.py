@@ -5,7 +5,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from pellet_study.errors import InputError
-from pellet_study.terminal import done, say
+from pellet_study.output.terminal import done, say
 
 EPILOG = """\
 The folder starts with the source paper's three bench readings; put your own in measurements.csv.

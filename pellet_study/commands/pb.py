@@ -6,7 +6,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from pellet_study.errors import InputError
-from pellet_study.terminal import done, say
+from pellet_study.output.terminal import done, say
 
 EXAMPLES = """\
 TABLE.csv: factor columns in coded or physical units, the response in the last column; an empty response is a

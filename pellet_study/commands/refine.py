@@ -5,9 +5,9 @@ from pathlib import Path
 
 from pellet_study import answers, pages
 from pellet_study.levels import by_level
+from pellet_study.output.terminal import done, say, warn, working
 from pellet_study.refine import refine
 from pellet_study.study import load, write_effect
-from pellet_study.terminal import done, say, warn, working
 
 EXAMPLE = """\
 Writes what it adds into study.toml; refine.txt, refine.json, compare.json and the history into STUDY.

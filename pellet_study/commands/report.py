@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from pellet_study.terminal import done, working
+from pellet_study.output.terminal import done, working
 
 EXAMPLE = """\
 Made of the files in STUDY alone (what compare, diagnose, refine and bench left there); nothing is simulated. The page

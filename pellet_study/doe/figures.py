@@ -1,6 +1,6 @@
 """Figures of the designs: Pareto and half-normal plots, response surfaces, fitted against observed, a climb.
 
-The look is that of `pellet_study.look`; matplotlib is imported when a figure is asked for.
+The look is that of `pellet_study.output.style`; matplotlib is imported when a figure is asked for.
 """
 
 from itertools import combinations
@@ -8,15 +8,15 @@ from pathlib import Path
 
 import numpy as np
 
-from pellet_study import look
 from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.factors import with_unit
 from pellet_study.doe.optimum import TargetSet
 from pellet_study.doe.plackett_burman import Lenth, Screening
 from pellet_study.doe.steepest_climb import Climb
-from pellet_study.look import new_axes, styled
+from pellet_study.output import style
+from pellet_study.output.style import new_axes, styled
 
-DARK, LIGHT, ACCENT = look.MODEL, look.LIGHT, look.MEASURED
+DARK, LIGHT, ACCENT = style.MODEL, style.LIGHT, style.MEASURED
 
 
 @styled
@@ -272,4 +272,4 @@ def climb_path(climb: Climb, unit: str = "", target: float | None = None):
 
 def save(figures: dict, folder: Path) -> list[Path]:
     """Write {name: figure} as PNG files without a date in them; returns the paths."""
-    return [look.save(figure, folder / f"{name}.png") for name, figure in figures.items()]
+    return [style.save(figure, folder / f"{name}.png") for name, figure in figures.items()]

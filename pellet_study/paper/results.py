@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 
 from pellet_study.doe import figures, optimum, steepest_climb
-from pellet_study.look import new_axes, styled
+from pellet_study.output.style import new_axes, styled
 from pellet_study.paper import designs
 from pellet_study.paper.audit import counts
 from pellet_study.paper.printed import table, tables

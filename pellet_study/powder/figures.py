@@ -3,8 +3,8 @@
 import numpy as np
 import pandas as pd
 
-from pellet_study import look
-from pellet_study.look import LIGHT, MEASURED, MODEL, styled
+from pellet_study.output import style
+from pellet_study.output.style import LIGHT, MEASURED, MODEL, styled
 from pellet_study.powder_plan import OBSERVABLE
 
 
@@ -12,7 +12,7 @@ from pellet_study.powder_plan import OBSERVABLE
 def climb(runs: pd.DataFrame, names: list[str], measured: tuple[float, float | None] | None):
     """Angles of the heaps along a path in several factors, the measured angle beside."""
     at = runs.groupby(names).ngroup() + 1
-    figure, axes = look.new_axes(max(6.0, 0.8 + 0.72 * at.nunique()), 4.0)
+    figure, axes = style.new_axes(max(6.0, 0.8 + 0.72 * at.nunique()), 4.0)
     axes.errorbar(
         at, runs[OBSERVABLE], runs["direction_error_deg"], fmt="o", color=MODEL, capsize=3, label="simulated heap"
     )
@@ -36,7 +36,7 @@ def climb(runs: pd.DataFrame, names: list[str], measured: tuple[float, float | N
 def path(runs: pd.DataFrame, decision: dict, measured: tuple[float, float]):
     """Angles of the heaps of a calibration in few heaps against their place on the path, with the line and what was found."""
     value, sd = measured
-    figure, axes = look.new_axes(6.0, 4.0)
+    figure, axes = style.new_axes(6.0, 4.0)
     axes.errorbar(
         runs["place"],
         runs[OBSERVABLE],
@@ -64,8 +64,8 @@ def path(runs: pd.DataFrame, decision: dict, measured: tuple[float, float]):
 @styled
 def heaps(angles: np.ndarray, mean: float, interval, measured: float, margin: float):
     """Angles of heaps of different seeds beside the measured angle and its margin."""
-    figure, axes = look.new_axes(5.6, 3.2)
-    axes.axhspan(measured - margin, measured + margin, color=look.BAND, zorder=0, label=f"margin ±{margin:g}")
+    figure, axes = style.new_axes(5.6, 3.2)
+    axes.axhspan(measured - margin, measured + margin, color=style.BAND, zorder=0, label=f"margin ±{margin:g}")
     axes.axhline(measured, color=MEASURED, linestyle="--", label=f"measured {measured:g}")
     axes.axhspan(*interval, color=LIGHT, alpha=0.7, zorder=1)
     axes.axhline(mean, color=MODEL, label=f"mean {mean:.2f}, 95 %")
