@@ -19,7 +19,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from pellet_study import dispatch, rigs, yade
+from pellet_study import dispatch, yade
+from pellet_study.rigs import on_yade
 
 
 def ours(cases: list[dict], store: Path) -> tuple[float, pd.DataFrame]:
@@ -49,7 +50,7 @@ def yade_batch(number: int, folder: Path) -> tuple[float, pd.DataFrame]:
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
-        env={k: v for k, v in yade.environment(str(folder), SCRIPTS=str(rigs.SCRIPTS)).items() if "OMPI" not in k},
+        env={k: v for k, v in yade.environment(str(folder), SCRIPTS=str(on_yade.SCRIPTS)).items() if "OMPI" not in k},
     )
     return time.perf_counter() - start, pd.read_csv(folder / "results.csv")
 
@@ -72,12 +73,12 @@ def main() -> None:
     parser.add_argument("--pairs", type=int, default=3)
     arguments = parser.parse_args()
     number = arguments.cases
-    cases = [rigs.case("rebound", seed=seed) for seed in range(number)]
+    cases = [on_yade.case("rebound", seed=seed) for seed in range(number)]
     ratios = []
     for pair in range(arguments.pairs):
         folder = Path(tempfile.mkdtemp(prefix="dispatch-"))
         try:
-            few = [rigs.case("rebound", seed=10**6 + k) for k in range(dispatch.cores())]
+            few = [on_yade.case("rebound", seed=10**6 + k) for k in range(dispatch.cores())]
             startup = min(ours(few, folder / f"start{k}")[0] for k in range(3))
             seconds, rows = ours(cases, folder / "store")
             again = second_call(number, folder / "store")

@@ -16,7 +16,7 @@ import pandas as pd
 from heap_liggghts import by_hand
 from repose_checks import case, step
 
-from pellet_study import rigs
+from pellet_study.rigs import on_yade
 from yade_scripts import powder_scene
 
 SIZES = (500, 1000, 2000, 4000, 8000)
@@ -25,7 +25,7 @@ SEED = 92_000
 
 def scaled(grains: int) -> dict:
     """The default case with so many grains in a funnel of the same shape."""
-    known = rigs.rig("repose")
+    known = on_yade.rig("repose")
     defaults = {name: quantity["default"] for name, quantity in (known.conditions | known.numerics).items()}
     radius = powder_scene.grain_radius(defaults["particle_diameter_um"], defaults["amplification"])
     mass = 1e3 * grains * powder_scene.grain_mass(radius, known.parameters["powder_density_kg_m3"]["default"])

@@ -26,7 +26,8 @@ import numpy as np
 import pandas as pd
 from repose_checks import MIDDLE
 
-from pellet_study import rigs, yade
+from pellet_study import yade
+from pellet_study.rigs import on_yade
 from yade_scripts import contacts, heap, powder_scene, repose
 
 FRICTIONAL, COHESIVE = 0.0, 0.2  # J/m2
@@ -39,7 +40,7 @@ LEAST_MODULUS = 5e6  # Pa, below which LIGGGHTS wants to be told that the grains
 def middle(seed: int, surface_energy: float, law: str, numerics: dict) -> dict:
     """The middle of the paper's Table 6 with another surface energy."""
     parameters = MIDDLE | {"powder_surface_energy": surface_energy}
-    return rigs.case("repose", contact_law=law, seed=seed, parameters=parameters, numerics=numerics)
+    return on_yade.case("repose", contact_law=law, seed=seed, parameters=parameters, numerics=numerics)
 
 
 def child(command: list[str], folder: Path, environment: dict | None = None) -> float:
@@ -55,7 +56,7 @@ def child(command: list[str], folder: Path, environment: dict | None = None) -> 
 def by_hand(case: dict, folder: Path) -> tuple[pd.Series, float]:
     """The rig's row of one case run by hand, as the README says, and its cpu seconds."""
     (folder / "cases.json").write_text(json.dumps([{"id": "heap"} | {k: v for k, v in case.items() if k != "rig"}]))
-    command = yade.command(rigs.SCRIPTS / "repose.py", "cases.json", "observables.csv")
+    command = yade.command(on_yade.SCRIPTS / "repose.py", "cases.json", "observables.csv")
     seconds = child(command, folder, yade.environment(str(folder)))
     if not (folder / "observables.csv").exists():
         sys.exit(f"YADE left no result; it said at last:\n{(folder / 'said.txt').read_text()[-2000:]}")

@@ -48,14 +48,17 @@ def clocks() -> np.ndarray:
 
 def collect(size: int, folder: Path) -> np.ndarray:
     """Seconds from cases to their table, all of them stored; the rows are written as YADE writes them."""
-    from pellet_study import dispatch, rigs
+    from pellet_study import dispatch
+    from pellet_study.rigs import on_yade
     from pellet_study.store import Store, key
     from yade_scripts.case import flat, line, sealed
 
-    rig, store = rigs.rig("rebound"), Store(folder / "store")
+    rig, store = on_yade.rig("rebound"), Store(folder / "store")
     store.folder.mkdir()
     names = store.columns(rig)
-    cases = [rigs.case("rebound", seed=seed, conditions={"drop_height_mm": 20 + seed / 1000}) for seed in range(size)]
+    cases = [
+        on_yade.case("rebound", seed=seed, conditions={"drop_height_mm": 20 + seed / 1000}) for seed in range(size)
+    ]
     with open(store.table(rig), "wb") as table:
         table.write(b"heading\n")
         for case in cases:
@@ -97,7 +100,8 @@ def diagnose(size: int, folder: Path) -> np.ndarray:
 
 def read(size: int, folder: Path) -> np.ndarray:
     """Seconds to read and check as many rows."""
-    from pellet_study import catalogue, measurements
+    from pellet_study import measurements
+    from pellet_study.rigs import catalogue
 
     file = folder / "measurements.csv"
     with open(file, "w") as stream:

@@ -15,10 +15,11 @@ import numpy as np
 import pandas as pd
 import statsmodels.api as sm
 
-from pellet_study import dispatch, rigs, study
+from pellet_study import dispatch, study
 from pellet_study.output import style
 from pellet_study.paper.designs import screening_factors
 from pellet_study.powder_plan import IDLE, OBSERVABLE, RIG, SYMBOLS
+from pellet_study.rigs import on_yade
 
 FOLDER = Path(__file__).resolve().parent.parent / "results" / "paper_heaps"
 FIRST_SEED = 70_000
@@ -27,7 +28,7 @@ FIRST_SEED = 70_000
 def simulated(rows, law: str, seeds: int, workers: int | None) -> pd.DataFrame:
     """A row a heap: point, seed, angle, verdict."""
     cases = [
-        rigs.case(RIG, contact_law=law, seed=FIRST_SEED + k * 100 + s, parameters=row.parameters, conditions=row.conditions)
+        on_yade.case(RIG, contact_law=law, seed=FIRST_SEED + k * 100 + s, parameters=row.parameters, conditions=row.conditions)
         for k, row in enumerate(rows)
         for s in range(seeds)
     ]  # fmt: skip

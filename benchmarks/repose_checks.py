@@ -14,7 +14,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pellet_study import dispatch, rigs
+from pellet_study import dispatch
+from pellet_study.rigs import on_yade
 from pellet_study.store import Store, key
 from yade_scripts import contacts, powder_scene
 
@@ -78,11 +79,11 @@ TABLES = {"repose": SETTINGS, "repose_amplification": AMPLIFICATION, "repose_tim
 
 def case(seed: int, changes: dict, law: str | None = None) -> dict:
     """The middle of Table 6 with changes to any group."""
-    known = rigs.rig("repose")
+    known = on_yade.rig("repose")
     groups = {g: {k: v for k, v in changes.items() if k in getattr(known, g)} for g in ("conditions", "numerics")}
     parameters = MIDDLE | {k: v for k, v in changes.items() if k in known.parameters}
     assert set(changes) <= {*parameters, *groups["conditions"], *groups["numerics"]}, changes
-    return rigs.case("repose", contact_law=law, seed=seed, parameters=parameters, **groups)
+    return on_yade.case("repose", contact_law=law, seed=seed, parameters=parameters, **groups)
 
 
 def cases(name: str, most: int) -> list[tuple[str, str, dict]]:
@@ -118,7 +119,7 @@ def heaps(name: str, most: int, workers: int | None, stored: bool) -> pd.DataFra
     wanted = cases(name, most)
     if stored:
         with Store(FOLDER / ".store") as store:
-            known = store.rows(rigs.rig("repose")).index
+            known = store.rows(on_yade.rig("repose")).index
         wanted = [each for each in wanted if key(each[2]) in known]
     rows = dispatch.run([case for *_, case in wanted], FOLDER / ".store", workers=workers, quiet=True)
     steps = [step(case) for *_, case in wanted]
@@ -132,7 +133,7 @@ def heaps(name: str, most: int, workers: int | None, stored: bool) -> pd.DataFra
             "status": rows["status"],
         }
     )
-    observables = list(rigs.rig("repose").observables)
+    observables = list(on_yade.rig("repose").observables)
     told[observables] = rows[observables].astype(float)
     told["million_grain_steps"] = told["grains"] * told["end_time_s"] / [1e6 * seconds for seconds, _ in steps]
     return told

@@ -11,8 +11,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pellet_study import dispatch, quadratic, rigs
+from pellet_study import dispatch, quadratic
 from pellet_study.errors import InputError, SimulationError
+from pellet_study.rigs import on_yade
 from yade_scripts.particles import ORIENTATIONS_PER_BLOCK
 
 
@@ -197,9 +198,9 @@ class Bench:
 
         Range number k starts at k SEED_RANGE, whatever the number of seeds: a larger effort reuses a smaller one's runs.
         """
-        known = rigs.rig(stage.rig).parameters
+        known = on_yade.rig(stage.rig).parameters
         cases = [
-            rigs.case(
+            on_yade.case(
                 stage.rig,
                 contact_law=self.contact_law,
                 seed=(first + k) * SEED_RANGE + seed,

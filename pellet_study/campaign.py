@@ -15,8 +15,9 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from pellet_study import rigs, yade
+from pellet_study import yade
 from pellet_study.errors import SimulationError
+from pellet_study.rigs import on_yade
 from pellet_study.store import Store
 from yade_scripts.case import CANNOT_GO_ON, CLAIM_BYTES, NO_MEMORY, Table, flat, one_line
 
@@ -104,7 +105,7 @@ class _Campaign:
     def __init__(self, cases: list[dict], store: Store, workers: int, quiet: bool, limit_s: float | None):
         self.cases, self.store, self.most, self.quiet = cases, store, min(workers, len(cases)), quiet
         self.limit_s = limit_s
-        self.rigs = {name: rigs.rig(name) for name in dict.fromkeys(case["rig"] for case in cases)}
+        self.rigs = {name: on_yade.rig(name) for name in dict.fromkeys(case["rig"] for case in cases)}
         self.folder = Path(tempfile.mkdtemp(prefix="campaign-", dir=store.folder))
         self.tables = {name: store.table(rig) for name, rig in self.rigs.items()}
         self.seen = {name: table.stat().st_size if table.exists() else 0 for name, table in self.tables.items()}
@@ -179,14 +180,14 @@ class _Campaign:
 
     def _start(self, folder: Path) -> None:
         for rig in self.rigs.values():
-            if rigs.fingerprint(rig.file, rig.extra) != rig.fingerprint:
+            if on_yade.fingerprint(rig.file, rig.extra) != rig.fingerprint:
                 raise SimulationError(f"{rig.file.name} or what it imports changed while it was running; call again")
         self.started += 1
         log = folder / f"w{self.started}.log"
         lifeline, held = os.pipe()
         with open(log, "wb") as output:
             process = subprocess.Popen(
-                yade.command(rigs.SCRIPTS / "case.py", str(folder / "campaign.json")),
+                yade.command(on_yade.SCRIPTS / "case.py", str(folder / "campaign.json")),
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,
@@ -252,7 +253,7 @@ class _Campaign:
                 return None
             raise SimulationError(
                 f"YADE ended before its first case: {reason}. "
-                f"Try it by hand: {' '.join(yade.command(rigs.SCRIPTS / 'rebound.py', '--example', 'cases.json'))}"
+                f"Try it by hand: {' '.join(yade.command(on_yade.SCRIPTS / 'rebound.py', '--example', 'cases.json'))}"
             )
         case = cases[worker.index]
         if worker.reason is None and (

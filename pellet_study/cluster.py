@@ -14,8 +14,9 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pellet_study
-from pellet_study import campaign, rigs, yade
+from pellet_study import campaign, yade
 from pellet_study.errors import InputError, SimulationError, StudyError
+from pellet_study.rigs import on_yade
 from pellet_study.store import Store
 from yade_scripts.case import Table, unsealed
 
@@ -40,17 +41,17 @@ class SchedulerLost(Exception):
 
 def expectation(names: Sequence[str]) -> dict[str, str]:
     """What a worker must have in common with this machine to give the same rows: versions, and scripts of rigs."""
-    prints = {f"script of {name}": rigs.rig(name).fingerprint for name in names}
+    prints = {f"script of {name}": on_yade.rig(name).fingerprint for name in names}
     return {"pellet_study": pellet_study.__version__, "YADE": yade.version(), **prints}
 
 
 def own_files(names: Sequence[str]) -> dict[str, tuple[Path, tuple[Path, ...]]]:
     """Files of the rigs that are the study's own, or have effects of its own; workers must see them too."""
-    used = {name: rigs.rig(name) for name in names}
+    used = {name: on_yade.rig(name) for name in names}
     return {
         name: (rig.file, rig.extra)
         for name, rig in used.items()
-        if rig.extra or not rig.file.is_relative_to(rigs.SCRIPTS)
+        if rig.extra or not rig.file.is_relative_to(on_yade.SCRIPTS)
     }
 
 
@@ -58,7 +59,7 @@ def unfit(expected: dict[str, str], names: Sequence[str], own: dict) -> str | No
     """Runs on a worker: why it cannot simulate what is expected; None where it can."""
     try:
         for name, files in own.items():
-            rigs.use(name, *files)
+            on_yade.use(name, *files)
         found = expectation(names)
     except (StudyError, OSError) as error:
         return str(error)
@@ -70,7 +71,7 @@ def chunk(cases: list[dict], time_limit_s: float | None) -> dict[str, bytes]:
     """Runs on a worker: the cases' lines by rig, as they stand in a store."""
     with tempfile.TemporaryDirectory(prefix="pellet-study-") as folder, Store(Path(folder)) as store:
         campaign.run(cases, store, 1, quiet=True, time_limit_s=time_limit_s)
-        tables = {name: store.table(rigs.rig(name)) for name in {case["rig"] for case in cases}}
+        tables = {name: store.table(on_yade.rig(name)) for name in {case["rig"] for case in cases}}
         return {name: table.read_bytes() for name, table in tables.items()}
 
 
@@ -266,7 +267,7 @@ class _Work:
     def _keep(self, tables: dict[str, bytes]) -> None:
         """Put lines that came back into the store, those of cases that were asked for."""
         for name, lines in tables.items():
-            rig = rigs.rig(name)
+            rig = on_yade.rig(name)
             table = Table(self.store.table(rig), self.store.columns(rig), checked=True)
             for line in lines.splitlines():
                 body = unsealed(line)

@@ -7,8 +7,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pellet_study import bench, dispatch, rigs
+from pellet_study import bench, dispatch
 from pellet_study.paper import printed as paper
+from pellet_study.rigs import on_yade
 from yade_scripts import contacts
 from yade_scripts.particles import alfalfa_seed
 
@@ -26,7 +27,7 @@ NO_FRICTION = {"seed_powder_static_friction": 0.0, "seed_powder_rolling_friction
 def numerics_variants() -> Iterator[tuple[str, str, dict]]:
     """(rig, what is changed, numerics): the defaults of each rig, then one change at a time."""
     for rig in OBSERVABLE:
-        default = {name: quantity["default"] for name, quantity in rigs.rig(rig).numerics.items()}
+        default = {name: quantity["default"] for name, quantity in on_yade.rig(rig).numerics.items()}
         yield rig, "default", {}
         yield rig, "time step halved", {"time_step_fraction": default["time_step_fraction"] / 2}
         yield rig, "3 times as stiff", {"stiffness_scale": default["stiffness_scale"] * 3}
@@ -42,7 +43,7 @@ def numerics_variants() -> Iterator[tuple[str, str, dict]]:
 def _means(settings: list[tuple[str, dict, dict, dict, int]], store: Path, quiet: bool) -> list[bench.Mean]:
     """Mean over seeds of each (rig, parameters, conditions, numerics, seeds), all in one campaign."""
     cases = [
-        rigs.case(rig, seed=seed, parameters=parameters, conditions=conditions, numerics=numerics)
+        on_yade.case(rig, seed=seed, parameters=parameters, conditions=conditions, numerics=numerics)
         for rig, parameters, conditions, numerics, seeds in settings
         for seed in range(seeds)
     ]
@@ -154,7 +155,7 @@ def time_steps_table() -> pd.DataFrame:
     _, radii = alfalfa_seed()
     rows = []
     for rig in OBSERVABLE:
-        declared = rigs.rig(rig)
+        declared = on_yade.rig(rig)
         value = {name: q["default"] for name, q in {**declared.parameters, **declared.numerics}.items()}
         seed = contacts.Material(
             value["seed_density_kg_m3"],

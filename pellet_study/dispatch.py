@@ -7,8 +7,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from pellet_study import campaign, rigs, yade
+from pellet_study import campaign, yade
 from pellet_study.errors import InputError, SimulationError
+from pellet_study.rigs import on_yade
 from pellet_study.store import Store, key
 
 SCHEDULER, TIME_LIMIT = "PELLET_STUDY_SCHEDULER", "PELLET_STUDY_TIME_LIMIT_S"
@@ -53,8 +54,8 @@ def run(
     keyed = [{**case, "id": key(case)} for case in cases]
     names = list(dict.fromkeys(case["rig"] for case in keyed))
     with Store(store) as opened:
-        known = {name: opened.rows(rigs.rig(name)) for name in names}
-        done = {name: _done(table, limit or rigs.rig(name).time_limit_s) for name, table in known.items()}
+        known = {name: opened.rows(on_yade.rig(name)) for name in names}
+        done = {name: _done(table, limit or on_yade.rig(name).time_limit_s) for name, table in known.items()}
         missing = {case["id"]: case for case in keyed if case["id"] not in done[case["rig"]]}
         if missing:
             yade.refuse_old()
@@ -64,7 +65,7 @@ def run(
                 cluster.run(list(missing.values()), opened, scheduler, quiet=quiet, time_limit_s=limit)
             else:
                 campaign.run(list(missing.values()), opened, workers or cores(), quiet=quiet, time_limit_s=limit)
-            known = {name: opened.rows(rigs.rig(name)) for name in names}
+            known = {name: opened.rows(on_yade.rig(name)) for name in names}
     lost = [case["id"] for case in keyed if case["id"] not in known[case["rig"]].index]
     if lost:
         raise SimulationError(f"{len(lost)} of {len(keyed)} cases have no row in {store}; call again, others are kept")

@@ -6,7 +6,7 @@ from types import ModuleType
 
 import pandas as pd
 
-from pellet_study import rigs
+from pellet_study.rigs import on_yade
 
 CHECKS = (
     "restitution",
@@ -118,7 +118,7 @@ def _wanted(quick: bool):
 
 def _case(check: str, contact_law: str, **values: float) -> dict:
     """A case of a check; each value goes to the group that declares it."""
-    rig = rigs.rig(check)
+    rig = on_yade.rig(check)
     groups = {
         group: {name: value for name, value in values.items() if name in getattr(rig, group)}
         for group in ("parameters", "conditions", "numerics")
@@ -126,7 +126,7 @@ def _case(check: str, contact_law: str, **values: float) -> dict:
     unknown = set(values) - {name for group in groups.values() for name in group}
     if unknown:
         raise ValueError(f"check {check} has no {', '.join(sorted(unknown))}")
-    return rigs.case(check, contact_law=contact_law, **groups)
+    return on_yade.case(check, contact_law=contact_law, **groups)
 
 
 def _module(check: str) -> ModuleType:
@@ -153,7 +153,7 @@ def table(rows: pd.DataFrame) -> pd.DataFrame:
     lines = []
     for row in rows.to_dict("records"):
         check = row["rig"]
-        rig, module = rigs.rig(check), _module(check)
+        rig, module = on_yade.rig(check), _module(check)
         case = {
             "contact_law": row["contact_law"],
             **{g: {name: row[name] for name in getattr(rig, g)} for g in ("parameters", "conditions", "numerics")},
@@ -185,7 +185,7 @@ def unexplained(checked: pd.DataFrame) -> pd.DataFrame:
     return checked[~checked["within"] & ~known]
 
 
-def _setting(row: dict, rig: rigs.YadeRig, names: tuple[str, ...]) -> str:
+def _setting(row: dict, rig: on_yade.YadeRig, names: tuple[str, ...]) -> str:
     """What tells a case from others: the check's two leading names, the damping, and whatever is no default."""
     declared = rig.parameters | rig.conditions | rig.numerics
     damping = "cohesive_frictional_damping"

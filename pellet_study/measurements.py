@@ -8,9 +8,9 @@ from dataclasses import dataclass
 from itertools import count
 from pathlib import Path
 
-from pellet_study.catalogue import Catalogue
 from pellet_study.errors import InputError
 from pellet_study.output.words import nearest
+from pellet_study.rigs.catalogue import Catalogue
 
 COLUMNS = ("rig", "observable", "value", "sd", "n", "setup", "setup_sd", "split", "note")
 REQUIRED = ("rig", "observable", "value")

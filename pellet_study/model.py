@@ -12,10 +12,10 @@ from pathlib import Path
 
 import numpy as np
 
-from pellet_study.catalogue import Acting, Catalogue
 from pellet_study.engine import Engine, Request
 from pellet_study.errors import InputError
 from pellet_study.measurements import Measurement
+from pellet_study.rigs.catalogue import Acting, Catalogue
 from pellet_study.study import Study
 
 

@@ -12,11 +12,20 @@ from pathlib import Path
 
 import numpy as np
 
-from pellet_study import rigs
-from pellet_study.catalogue import Acting, Catalogue, Effect, Rig, declaring, effect_from, rig_from, standard
 from pellet_study.errors import InputError, StudyError
 from pellet_study.measurements import Measurement
 from pellet_study.output.words import nearest
+from pellet_study.rigs import on_yade
+from pellet_study.rigs.catalogue import (
+    Acting,
+    Catalogue,
+    Effect,
+    Rig,
+    declaring,
+    effect_from,
+    rig_from,
+    standard,
+)
 
 INERT = 1e-6  # relative change of a prediction by an effect at `absent`: what a rig's solver leaves
 log = logging.getLogger(__name__)
@@ -124,7 +133,7 @@ def _refuse_idle(effect: Effect, known: Mapping[str, Rig]) -> None:
             f"{effect.own}: parameters_in names {', '.join(there)}, which runs on YADE, where an effect of your own has "
             "one set of parameters; make one file for each of its quantities"
         )
-    asked = {name: rigs.scene(known[name].file) for name in effect.rigs if name in known and name not in formulas}
+    asked = {name: on_yade.scene(known[name].file) for name in effect.rigs if name in known and name not in formulas}
     if None in asked.values():
         return  # a rig with a scene of its own making, which may use the effect in any way
     for scene, given in effect.scenes.items():

@@ -17,7 +17,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import stdtrit
 
-from pellet_study import dispatch, rigs
+from pellet_study import dispatch
 from pellet_study.doe import box_behnken, optimum, plackett_burman, validation
 from pellet_study.doe.answers import plain
 from pellet_study.doe.design_table import DesignTable, code_design
@@ -25,6 +25,7 @@ from pellet_study.doe.factors import Factor
 from pellet_study.errors import InputError, SimulationError
 from pellet_study.paper import printed as paper
 from pellet_study.powder_plan import DEFAULT_LAW, OBSERVABLE, RIG, SYMBOLS, Plan, bond, differences
+from pellet_study.rigs import on_yade
 
 ANGLE = "repose angle"
 STAGES = ("screening", "climb", "surface", "optimum", "validation")
@@ -87,7 +88,7 @@ class Chain:
             level = {name: round(float(x), 10) for name, x in {**middle, **point}.items()}
             levels.append(level)
             cases.append(
-                rigs.case(
+                on_yade.case(
                     RIG,
                     contact_law=self.plan.contact_law,
                     seed=base + k,
@@ -253,7 +254,7 @@ class Chain:
         uphill = slopes / np.abs(slopes).max()
         step = 2 / (CLIMB_POINTS - 1)
         coded = [(k * step - 1) * uphill for k in range(CLIMB_POINTS)]
-        known = rigs.rig(RIG).parameters
+        known = on_yade.rig(RIG).parameters
         runs = pd.DataFrame()
         for move in range(MOVES):
             points = [{f.name: float(f.physical(x)) for f, x in zip(factors, row, strict=True)} for row in coded]
@@ -295,7 +296,7 @@ class Chain:
         climbed = self.decision("climb")
         units = {f.name: f.unit for f in self.plan.factors}
         factors = [Factor(name, *levels, units[name]) for name, levels in climbed["box"].items()]
-        known = rigs.rig(RIG).parameters
+        known = on_yade.rig(RIG).parameters
         boxes, designs, fits, gaps, everything = [], [], [], [], []
         for move in range(MOVES):
             coded = box_behnken.coded_matrix(len(factors), self.sizes.centre_points)

@@ -10,10 +10,10 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from pellet_study import rigs
 from pellet_study.doe import plackett_burman
 from pellet_study.powder_chain import Chain, table_of
 from pellet_study.powder_plan import OBSERVABLE, RIG, SYMBOLS
+from pellet_study.rigs import on_yade
 
 FIRST_SEED = 5_000  # of the path, within the climb's
 BATCH = 2  # heaps at once
@@ -134,7 +134,7 @@ def calibrate(chain: Chain, wanted_error: float = WANTED_ERROR) -> dict:
 
 def _ends(chain: Chain, factors, uphill) -> tuple[float, float]:
     """How far the path goes: twice the box, as far as the rig takes the levels."""
-    known = rigs.rig(RIG).parameters
+    known = on_yade.rig(RIG).parameters
     low, high = -2.0, 2.0
     for f, u in zip(factors, uphill, strict=True):
         if u:

@@ -6,13 +6,13 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtrc, stdtrit
 
-from pellet_study import rigs
 from pellet_study.doe import validation
 from pellet_study.doe.answers import plain
 from pellet_study.doe.factors import Factor
 from pellet_study.errors import InputError
 from pellet_study.measurements import Measurement
 from pellet_study.paper.designs import screening_factors
+from pellet_study.rigs import on_yade
 from pellet_study.study import BELONGS_TO, SCALINGS, Study
 from yade_scripts import powder_scene
 
@@ -154,7 +154,7 @@ def plan_of(study: Study, contact_law: str | None = None) -> Plan:
     others = {
         name: setting
         for name, setting in study.parameters.items()
-        if name in rigs.rig(RIG).parameters and name not in (*known, *SYMBOLS.values())
+        if name in on_yade.rig(RIG).parameters and name not in (*known, *SYMBOLS.values())
     }
     for name, setting in others.items():
         if setting.free:
@@ -249,7 +249,7 @@ def differences(there: Mapping, here: Mapping) -> list[str]:
 
 def bond(plan: Plan, energy: float) -> float:
     """Bond number of a surface energy (J/m2, at amplification 6) in the heaps of a plan, as the rig computes it."""
-    case = rigs.case(RIG, parameters=plan.fixed, conditions=plan.conditions, numerics=plan.numerics)
+    case = on_yade.case(RIG, parameters=plan.fixed, conditions=plan.conditions, numerics=plan.numerics)
     amplification = case["conditions"]["amplification"]
     scale = (amplification / powder_scene.REFERENCE_AMPLIFICATION) ** case["numerics"]["surface_energy_exponent"]
     radius = powder_scene.grain_radius(case["conditions"]["particle_diameter_um"], amplification)

@@ -5,12 +5,13 @@ from pathlib import Path
 
 import pandas as pd
 
-from pellet_study import render, rigs
+from pellet_study import render
 from pellet_study.doe import figures
 from pellet_study.doe.answers import plain
 from pellet_study.powder import figures as powder_figures
 from pellet_study.powder_chain import STAGES, Chain, levels, summary
 from pellet_study.powder_plan import NAMES, RIG, Plan
+from pellet_study.rigs import on_yade
 
 
 def answer(decisions: dict[str, dict]) -> dict:
@@ -147,7 +148,7 @@ def laws(chain: Chain) -> pd.DataFrame | None:
     A row a factor: effect and standard error of each law and the paper's effect (deg), then each law's setting that
     meets the target, and whether an effect is beyond two standard errors.
     """
-    other = next(law for law in rigs.rig(RIG).contact_laws if law != chain.plan.contact_law)
+    other = next(law for law in on_yade.rig(RIG).contact_laws if law != chain.plan.contact_law)
     beside = replace(chain, plan=replace(chain.plan, contact_law=other), folder=chain.folder / other)
     if not (chain.done("screening") and beside.done("screening")):
         return None

@@ -17,7 +17,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pellet_study import dispatch, rigs, yade
+from pellet_study import dispatch, yade
 from pellet_study.campaign import TOOK_LONGER
 from pellet_study.engine import Request
 from pellet_study.errors import SimulationError
@@ -34,6 +34,7 @@ from pellet_study.response import (
     quadratic,
     spread,
 )
+from pellet_study.rigs import on_yade
 from pellet_study.study import SCALINGS, Study
 
 BASE = 2.4  # points a term of the base surface
@@ -70,7 +71,7 @@ class Point:
 
 def _stream(site: Site, number: int = 0) -> int:
     """A stream of seeds and places: by its number, in a paired rig also by the case."""
-    return number + 1000 * (zlib.crc32(repr(site).encode()) % 2**20 if rigs.rig(site.rig).paired else 0)
+    return number + 1000 * (zlib.crc32(repr(site).encode()) % 2**20 if on_yade.rig(site.rig).paired else 0)
 
 
 def _stream_of(site: Site, effect: str) -> int:
@@ -154,12 +155,12 @@ class Simulated:
     def _use_files(self) -> None:
         """The study's own rigs and effects, until another study's engine asks for its own."""
         for name, (file, effects) in self._files.items():
-            rigs.use(name, file, effects)
+            on_yade.use(name, file, effects)
 
     # sites and their designs
 
     def _seeds(self, rig: str) -> int:
-        return rigs.rig(rig).seeds
+        return on_yade.rig(rig).seeds
 
     def _sites(self, request: Request) -> list[Site]:
         """The cases of a request, known and fixed parameters with their values."""
@@ -169,7 +170,7 @@ class Simulated:
         if key in self._known:
             return self._known[key]
         count = len(next(iter(request.conditions.values())))
-        conditions = rigs.rig(request.rig).conditions
+        conditions = on_yade.rig(request.rig).conditions
         found = []
         for k in range(count):
             fixed = {}
@@ -186,12 +187,12 @@ class Simulated:
 
     def _factors(self, site: Site) -> dict[str, Factor]:
         fixed = dict(site.fixed)
-        return {n: f for n, f in self.ranges.items() if n in rigs.rig(site.rig).parameters and n not in fixed}
+        return {n: f for n, f in self.ranges.items() if n in on_yade.rig(site.rig).parameters and n not in fixed}
 
     def _base_points(self, site: Site) -> list[Point]:
         factors = self._factors(site)
         p = len(factors)
-        least = PAIRED_EFFECT * self.effort if rigs.rig(site.rig).paired else 4
+        least = PAIRED_EFFECT * self.effort if on_yade.rig(site.rig).paired else 4
         terms = (p + 1) * (p + 2) // 2
         count = int(np.ceil(max(least, terms + SPARE, BASE * terms * self.effort)))
         stream, seeds = _stream(site), self._seeds(site.rig)
@@ -204,7 +205,7 @@ class Simulated:
         """Points with an effect: in a paired rig some of the base surface's, one after the other; else others."""
         effect, factors = self.catalogue.effects[name], self._factors(site)
         shapes = list(effect.parameters)[1:]
-        paired, stream = rigs.rig(site.rig).paired, _stream_of(site, name)
+        paired, stream = on_yade.rig(site.rig).paired, _stream_of(site, name)
         seeds = max(1, round(EFFECT_SEEDS * self._seeds(site.rig)))
         count = int(np.ceil((PAIRED_EFFECT if paired else EFFECT[effect.sides]) * self.effort))
         u = amounts(count, effect.sides)
@@ -262,7 +263,7 @@ class Simulated:
         plans = {s: self._base_points(s) for s in bases}
         plans |= {key: self._effect_points(*key) for key in wanted}
         points = [p for plan in plans.values() for p in plan]
-        pairs = [key for key in wanted if rigs.rig(key[0].rig).paired]
+        pairs = [key for key in wanted if on_yade.rig(key[0].rig).paired]
         points += [replace(p, effect=None) for key in pairs for p in plans[key]]  # the same without the effect
         points = list(dict.fromkeys(points))
         found = self._run(
@@ -317,7 +318,7 @@ class Simulated:
             self.dead[site, name] = f"{lost}: what {name} would do there is not known"
             self.warnings.append(self.dead[site, name])
         without = None
-        if rigs.rig(site.rig).paired:
+        if on_yade.rig(site.rig).paired:
             without, _ = self._means_of(site, [replace(p, effect=None) for p in plan], results)
         x = self._scaled(site, [p.factors for p in plan])
         given = [dict(p.effect[1]) for p in plan]
@@ -357,16 +358,16 @@ class Simulated:
         memory = self._memory()
         keys, cases = [], []
         for site, factors, effects, first, seeds in plans:
-            case = rigs.case(
+            case = on_yade.case(
                 site.rig,
-                contact_law=self.law if self.law in rigs.rig(site.rig).contact_laws else None,
+                contact_law=self.law if self.law in on_yade.rig(site.rig).contact_laws else None,
                 seed=first,
                 parameters={**dict(site.fixed), **factors},
                 conditions=dict(site.conditions),
                 effects=effects,
-                numerics={k: v for k, v in self.numerics.items() if k in rigs.rig(site.rig).numerics},
+                numerics={k: v for k, v in self.numerics.items() if k in on_yade.rig(site.rig).numerics},
             )
-            text = json.dumps([case, seeds, rigs.rig(site.rig).fingerprint, yade.version()], sort_keys=True)
+            text = json.dumps([case, seeds, on_yade.rig(site.rig).fingerprint, yade.version()], sort_keys=True)
             key = (hashlib.sha256(text.encode()).hexdigest()[:20], site.observable)
             keys.append(key)
             if key not in memory:

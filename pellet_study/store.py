@@ -11,8 +11,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from pellet_study import rigs, yade
+from pellet_study import yade
 from pellet_study.errors import InputError
+from pellet_study.rigs import on_yade
 from yade_scripts import case as case_file
 
 READ_AS_TEXT = {"id": str, "status": str, "contact_law": str}
@@ -21,7 +22,7 @@ READ_AS_TEXT = {"id": str, "status": str, "contact_law": str}
 def key(case: dict) -> str:
     """The case's id: a hash of everything the answer depends on (case, scripts, YADE version)."""
     inputs = {name: value for name, value in case.items() if name != "id"}
-    text = json.dumps([inputs, rigs.rig(case["rig"]).fingerprint, yade.version()], sort_keys=True)
+    text = json.dumps([inputs, on_yade.rig(case["rig"]).fingerprint, yade.version()], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:20]
 
 
@@ -46,16 +47,16 @@ class Store:
     def __exit__(self, *_):
         os.close(self.lock)
 
-    def columns(self, rig: rigs.YadeRig) -> list[str]:
+    def columns(self, rig: on_yade.YadeRig) -> list[str]:
         """Columns of a rig's table."""
         return case_file.columns(vars(rig))
 
-    def table(self, rig: rigs.YadeRig) -> Path:
+    def table(self, rig: on_yade.YadeRig) -> Path:
         """File of a rig's table; another set of columns is another file."""
         names = hashlib.sha256(",".join(self.columns(rig)).encode()).hexdigest()[:8]
         return self.folder / f"{rig.name}-{names}.csv"
 
-    def rows(self, rig: rigs.YadeRig) -> pd.DataFrame:
+    def rows(self, rig: on_yade.YadeRig) -> pd.DataFrame:
         """What is stored for a rig, indexed by id; torn, altered or foreign lines are left out."""
         names, file = self.columns(rig), self.table(rig)
         if file.exists() and not file.is_file():

@@ -12,10 +12,10 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pellet_study import own
-from pellet_study.catalogue import Catalogue, Effect
 from pellet_study.errors import InputError
 from pellet_study.measurements import Measurement, read
 from pellet_study.output.words import nearest
+from pellet_study.rigs.catalogue import Catalogue, Effect
 
 log = logging.getLogger(__name__)
 KEYS = (

@@ -10,10 +10,11 @@ import pytest
 from hypothesis import HealthCheck, given, settings
 from hypothesis import strategies as st
 
-from pellet_study import catalogue, study
+from pellet_study import study
 from pellet_study.__main__ import main
 from pellet_study.errors import InputError
 from pellet_study.measurements import read
+from pellet_study.rigs import catalogue
 
 HEAD = "rig,observable,value,layer_height_mm"
 ROW = "layer_on_incline,slip_angle_deg,30,20"

@@ -127,9 +127,10 @@ def test_a_stage_without_a_reading_takes_its_parameter_from_the_study(monkeypatc
 
 
 def test_a_smooth_tilted_plate_takes_no_tangential_speed(tmp_path):
-    from pellet_study import dispatch, rigs
+    from pellet_study import dispatch
+    from pellet_study.rigs import on_yade
 
-    tilted = [rigs.case("rebound", seed=k, conditions={"plate_tilt_deg": 30.0}) for k in range(6)]
+    tilted = [on_yade.case("rebound", seed=k, conditions={"plate_tilt_deg": 30.0}) for k in range(6)]
     rows = dispatch.run(tilted, tmp_path / ".store", quiet=True)
     assert rows["tangential_restitution"].to_numpy(float) == pytest.approx(1.0, abs=1e-6)
 

@@ -5,12 +5,12 @@ import math
 import numpy as np
 import pytest
 
-from pellet_study import catalogue
 from pellet_study.challenge import trials, twins
-from pellet_study.closed_form import layer_on_incline
 from pellet_study.compare import EXCESS, calibrate, compare, exceedance, largest_null, standardised
 from pellet_study.evidence import Evidence, pooled_sd
 from pellet_study.pages import comparison_page
+from pellet_study.rigs import catalogue
+from pellet_study.rigs.closed_form import layer_on_incline
 from pellet_study.study import load
 from tests.make_study import STRESSES_PA, command, folder, incline, slip_angle_deg
 

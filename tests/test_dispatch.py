@@ -10,8 +10,9 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from pellet_study import campaign, dispatch, rigs, yade
+from pellet_study import campaign, dispatch, yade
 from pellet_study.errors import InputError, SimulationError
+from pellet_study.rigs import on_yade
 from tests.listening import listening
 
 FAULTS = Path(__file__).parent / "fault_rigs"
@@ -21,14 +22,14 @@ NONE, ABORT, HANG, NAN, EXCEPTION, REFUSED, EXIT, QUIET, EMPTY, TYPO = range(10)
 @pytest.fixture(autouse=True)
 def fault_rigs(monkeypatch):
     """Make the faulty rig known."""
-    monkeypatch.setattr(rigs, "FOLDERS", [*rigs.FOLDERS, FAULTS])
-    rigs.rig.cache_clear()
+    monkeypatch.setattr(on_yade, "FOLDERS", [*on_yade.FOLDERS, FAULTS])
+    on_yade.rig.cache_clear()
     yield
-    rigs.rig.cache_clear()
+    on_yade.rig.cache_clear()
 
 
 def faulty(seed: int, fault: int = NONE, pause_s: float = 0.0) -> dict:
-    return rigs.case("faulty", seed=seed, conditions={"fault": fault, "pause_s": pause_s})
+    return on_yade.case("faulty", seed=seed, conditions={"fault": fault, "pause_s": pause_s})
 
 
 def claimed_by_nobody(folder: Path) -> bool:
@@ -132,8 +133,8 @@ def test_two_drivers_on_one_store_share_its_work(tmp_path):
 
 
 def test_a_script_that_changes_during_a_campaign_stops_it(tmp_path, monkeypatch):
-    rigs.rig("faulty")
-    monkeypatch.setattr(rigs, "fingerprint", lambda *files: "another")
+    on_yade.rig("faulty")
+    monkeypatch.setattr(on_yade, "fingerprint", lambda *files: "another")
     with pytest.raises(SimulationError, match="changed while it was running"):
         dispatch.run([faulty(0)], tmp_path)
 
@@ -241,8 +242,8 @@ def test_a_yade_that_does_not_run_ends_the_campaign_with_its_words(monkeypatch, 
 
 
 def test_the_same_case_gives_the_same_bits_alone_and_among_others(tmp_path):
-    one = [rigs.case("rebound", seed=3)]
-    many = [rigs.case("rebound", seed=k) for k in range(6)]
+    one = [on_yade.case("rebound", seed=3)]
+    many = [on_yade.case("rebound", seed=k) for k in range(6)]
     alone = dispatch.run(one, tmp_path / "alone", workers=1)
     among = dispatch.run(many, tmp_path / "among", workers=2)
     assert float(alone["rebound_height_mm"][0]) == float(among["rebound_height_mm"][3])
@@ -250,6 +251,6 @@ def test_the_same_case_gives_the_same_bits_alone_and_among_others(tmp_path):
 
 def test_unknown_names_are_refused_with_the_nearest():
     with pytest.raises(InputError, match="did you mean 'rebound'"):
-        rigs.case("rebund")
+        on_yade.case("rebund")
     with pytest.raises(InputError, match="did you mean 'drop_height_mm'"):
-        rigs.case("rebound", conditions={"drop_hight_mm": 3})
+        on_yade.case("rebound", conditions={"drop_hight_mm": 3})

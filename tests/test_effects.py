@@ -13,13 +13,14 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.spatial import ConvexHull
 
-from pellet_study import catalogue, dispatch, rigs
+from pellet_study import dispatch
 from pellet_study.errors import InputError
+from pellet_study.rigs import catalogue, on_yade
 from yade_scripts import contacts, particles
 from yade_scripts.seed_scene import GRAVITY
 
 BENCH = ("rebound", "slope_slip", "inclined_roll")
-PAIRS = [(rig, effect) for rig in BENCH for effect in rigs.rig(rig).effects]
+PAIRS = [(rig, effect) for rig in BENCH for effect in on_yade.rig(rig).effects]
 GRADUAL = [pair for pair in PAIRS if pair[1] != "reading_offset" and pair != ("inclined_roll", "seed_shape")]
 SIZES = (1.5, 3.0)  # mm
 E0, MU = 0.5, 0.5
@@ -129,16 +130,16 @@ def read(tmp_path_factory):
             ],
         )
     )
-    folders = rigs.FOLDERS
-    rigs.FOLDERS = [*folders, Path(__file__).parent / "effect_rigs"]
-    rigs.rig.cache_clear()
+    folders = on_yade.FOLDERS
+    on_yade.FOLDERS = [*folders, Path(__file__).parent / "effect_rigs"]
+    on_yade.rig.cache_clear()
     cases = [
-        rigs.case(rig, parameters=parameters, conditions=conditions, effects=effects, numerics=numerics)
+        on_yade.case(rig, parameters=parameters, conditions=conditions, effects=effects, numerics=numerics)
         for rig, parameters, conditions, effects, numerics in wanted
     ]
     rows = dispatch.run(cases, tmp_path_factory.mktemp("effects") / ".store", workers=1, quiet=True)
-    rigs.FOLDERS = folders
-    rigs.rig.cache_clear()
+    on_yade.FOLDERS = folders
+    on_yade.rig.cache_clear()
     assert set(rows["status"]) == {"ok"}, rows.loc[rows["status"] != "ok", ["rig", "status"]].to_string()
     found = {repr(case): row for case, (_, row) in zip(wanted, rows.iterrows(), strict=True)}
     return lambda case: found[repr(case)]
@@ -150,21 +151,21 @@ def test_every_effect_is_declared_once_and_by_the_rigs_it_names():
         assert {rig for rig, effect in PAIRS if effect == name} == set(effects[name].rigs) & set(BENCH)
         assert effects[name].source and effects[name].formula and effects[name].signature
         for rig in effects[name].rigs:
-            assert rigs.rig(rig).effects[name] is not None
-            assert rigs.case(rig)["effects"][name] == effects[name].neutral()
+            assert on_yade.rig(rig).effects[name] is not None
+            assert on_yade.case(rig)["effects"][name] == effects[name].neutral()
             assert name in catalogue.standard().acting(rig)
     assert len({effect for _, effect in PAIRS}) == 10
 
 
 def test_an_effect_is_refused_by_a_rig_it_does_not_touch():
     with pytest.raises(InputError, match="slope_slip has no effect 'air_drag'"):
-        rigs.case("slope_slip", effects=amount("air_drag", 1.0))
+        on_yade.case("slope_slip", effects=amount("air_drag", 1.0))
 
 
 @pytest.mark.parametrize("name", BENCH)
 def test_the_fingerprint_of_a_rig_covers_its_effects(name):
-    imported = {file.name for file in rigs._imported(rigs.rig(name).file.read_bytes())}
-    assert {f"{effect}.py" for effect in rigs.rig(name).effects} | {"acting.py"} <= imported
+    imported = {file.name for file in on_yade._imported(on_yade.rig(name).file.read_bytes())}
+    assert {f"{effect}.py" for effect in on_yade.rig(name).effects} | {"acting.py"} <= imported
 
 
 def test_absent_effects_leave_the_answers_as_they_were_without_effects(read):
@@ -336,6 +337,6 @@ def test_a_compliant_contact_changes_an_oblique_impact_as_computed(length, compl
 
 
 def test_a_law_without_restitution_says_so(tmp_path):
-    case = rigs.case("rebound", contact_law="cohesive_frictional", effects=amount("plastic_restitution", 1.0))
+    case = on_yade.case("rebound", contact_law="cohesive_frictional", effects=amount("plastic_restitution", 1.0))
     row = dispatch.run([case], tmp_path / ".store", workers=1, quiet=True).iloc[0]
     assert "no restitution" in row["status"]

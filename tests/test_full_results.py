@@ -7,12 +7,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study import dispatch, powder_chain, powder_plan, rigs, study, yade
+from pellet_study import dispatch, powder_chain, powder_plan, study, yade
 from pellet_study.__main__ import main
 from pellet_study.doe import box_behnken, plackett_burman
 from pellet_study.doe.factors import Factor
 from pellet_study.powder_chain import table_of
 from pellet_study.powder_plan import SYMBOLS
+from pellet_study.rigs import on_yade
 
 FULL = Path(__file__).parent.parent / "results" / "full"
 if not (FULL / "runs.csv").exists():
@@ -107,7 +108,7 @@ def test_a_heap_simulated_again_has_the_same_bits(tmp_path):
     plan = powder_plan.plan_of(study.load(FULL))
     cheap = RUNS[(RUNS["verdict"] == "ok") & (RUNS["D"] >= 0.15)]  # others take three times as long
     row = cheap.iloc[np.random.default_rng().integers(len(cheap))]
-    case = rigs.case(
+    case = on_yade.case(
         "repose",
         contact_law=plan.contact_law,
         seed=int(row["seed"]),

@@ -14,13 +14,14 @@ import heap_cost  # noqa: E402
 import heap_liggghts  # noqa: E402
 import repose_checks  # noqa: E402
 
-from pellet_study import dispatch, rigs  # noqa: E402
+from pellet_study import dispatch  # noqa: E402
+from pellet_study.rigs import on_yade  # noqa: E402
 
 CHECKS = ROOT / "results" / "checks"
 DOC = (ROOT / "docs" / "heap_checks.md").read_text(encoding="utf-8")
 
 
-KNOWN = rigs.rig("repose")
+KNOWN = on_yade.rig("repose")
 QUANTITIES = KNOWN.parameters | KNOWN.conditions | KNOWN.numerics
 
 
@@ -54,7 +55,7 @@ def test_committed_tables_follow_from_their_heaps(name):
 def test_summary_of_known_heaps():
     heaps = pd.DataFrame({"what": list("aabb"), "setting": list("aabb"), "repose_angle_deg": [40.0, 42.0, 44.0, 48.0]})
     heaps = heaps.assign(status="ok", contact_law="hertz_mindlin", of_rayleigh_step=0.18, grains=100)
-    rest = set(rigs.rig("repose").observables) - set(heaps) | {"million_grain_steps"}
+    rest = set(on_yade.rig("repose").observables) - set(heaps) | {"million_grain_steps"}
     heaps = heaps.assign(**dict.fromkeys(rest, 1.0))
     first, second = repose_checks.summary(heaps).to_dict("records")
     pooled = np.sqrt((1 + 1 + 4 + 4) / 2)

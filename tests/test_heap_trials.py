@@ -7,10 +7,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study import dispatch, rigs, yade
+from pellet_study import dispatch, yade
 from pellet_study.challenge import bench_tables, sealed
 from pellet_study.challenge.heaps import HEAPS
 from pellet_study.model import Model
+from pellet_study.rigs import on_yade
 from pellet_study.simulated import Simulated
 from pellet_study.study import load
 
@@ -41,7 +42,7 @@ def test_truths_use_seeds_and_numerics_that_the_model_does_not():
     for case in cases:
         assert case["effects"]["cohesion"]["surface_energy_j_m2"] == 0.05
         assert case["numerics"]["stiffness_scale"] == 4e-4 and case["parameters"]["powder_static_friction"] == 0.5
-    default = rigs.case("repose")["numerics"]
+    default = on_yade.case("repose")["numerics"]
     assert (
         default["stiffness_scale"] == 1e-3
         and default["time_step_fraction"] > cases[0]["numerics"]["time_step_fraction"]

@@ -7,7 +7,8 @@ import subprocess
 import pandas as pd
 import pytest
 
-from pellet_study import dispatch, law_checks, rigs, yade
+from pellet_study import dispatch, law_checks, yade
+from pellet_study.rigs import on_yade
 from yade_scripts import contacts
 from yade_scripts.checks import sphere_scene
 
@@ -167,7 +168,7 @@ def test_quick_is_part_of_the_whole():
 
 def row(measured: float, restitution: float, status: str = "ok", **more) -> pd.DataFrame:
     """A row as dispatch gives it."""
-    case = rigs.case("restitution", parameters={"restitution": restitution})
+    case = on_yade.case("restitution", parameters={"restitution": restitution})
     values = {**case["parameters"], **case["conditions"], **case["numerics"], "measured_restitution": measured}
     head = {"rig": "restitution", "contact_law": MINDLIN, "status": status}
     return pd.DataFrame([head | values | more])
@@ -192,7 +193,7 @@ def test_a_failed_simulation_is_not_within():
 
 
 def test_a_check_runs_by_hand(tmp_path):
-    check = rigs.SCRIPTS / "checks" / "hertz.py"
+    check = on_yade.SCRIPTS / "checks" / "hertz.py"
     for arguments in (("--example", "cases.json"), ("cases.json", "observables.csv")):
         subprocess.run(
             yade.command(check, *arguments),

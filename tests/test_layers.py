@@ -39,8 +39,8 @@ ROOMS = {
     "commands": f"{SIMULATION} model criticism doe paper heap bench powder report challenge",
     "__main__": "errors study commands",
 }
+ORDER = re.compile(r"(< )?[\w/]+(( <|,) [\w/]+)*")  # a line of an order: names parted by `<` or commas
 LOOSE = {
-    "rigs": ["catalogue", "rigs", "closed_form/layer_on_incline", "closed_form/shear_cell"],
     "study": ["measurements", "own", "study"],
     "simulate": ["yade", "store", "campaign", "cluster", "dispatch", "law_checks"],
     "model": ["engine", "response", "simulated", "model"],
@@ -59,8 +59,7 @@ def order_of(room: str) -> list[list[str]]:
     if not file.exists():
         return found or [[room]]
     text = ast.get_docstring(ast.parse(file.read_text(encoding="utf-8")), clean=False) or ""
-    indented = [line.strip() for line in text.splitlines() if line.startswith("    ") or " < " in line]
-    lines = [line for line in indented if re.fullmatch(r"[\w/<, ]+", line)]
+    lines = [line.strip() for line in text.splitlines() if ORDER.fullmatch(line.strip())]
     words = " ".join(lines)
     return found + [[name.strip() for name in group.split(",")] for group in words.split("<") if group.strip()]
 

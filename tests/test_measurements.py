@@ -2,9 +2,9 @@
 
 import pytest
 
-from pellet_study import catalogue
 from pellet_study.errors import InputError
 from pellet_study.measurements import read
+from pellet_study.rigs import catalogue
 
 HEADER = "rig,observable,value,layer_height_mm"
 ROW = "layer_on_incline,slip_angle_deg,30,20"

@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from pellet_study import rigs
+from pellet_study.rigs import on_yade
 from tests.faults.driver import ROOT, command, simulating
 from tests.listening import listening
 from tests.make_study import folder
@@ -33,7 +33,7 @@ def test_the_look_sees_a_socket():
 
 
 def test_nothing_listens_and_nothing_lies_open_while_any_rig_runs(tmp_path):
-    names = sorted(rigs._files())
+    names = sorted(on_yade._files())
     assert {"rebound", "slope_slip", "inclined_roll"} <= set(names)
     before = set(Path("/tmp").iterdir())
     old = os.umask(0o022)

@@ -8,10 +8,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study import powder_plan, rigs, study
+from pellet_study import powder_plan, study
 from pellet_study.__main__ import main
 from pellet_study.commands import calibrate
 from pellet_study.errors import InputError
+from pellet_study.rigs import on_yade
 from tests.test_docs import STEP
 
 FULL = Path(__file__).parent.parent / "results" / "full"
@@ -40,7 +41,7 @@ def test_what_is_known_of_the_measured_angle_enters_the_heaps(plan):
     assert found.fixed == {"powder_shear_modulus_pa": 2e7, "powder_density_kg_m3": 1500.0}  # the row's, as in compare
     assert plan("", known).fixed == {"powder_density_kg_m3": 1500.0}
     assert plan().fixed == {}
-    case = rigs.case("repose", parameters=found.fixed)
+    case = on_yade.case("repose", parameters=found.fixed)
     assert case["parameters"]["powder_density_kg_m3"] == 1500.0
 
 

@@ -6,8 +6,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pellet_study import dispatch, rigs
+from pellet_study import dispatch
 from pellet_study.powder_plan import SYMBOLS
+from pellet_study.rigs import on_yade
 from yade_scripts import contacts, powder_scene
 
 LAWS = ("cohesive_frictional", "hertz_mindlin")
@@ -43,7 +44,7 @@ FUNNEL = {"outlet_diameter_mm": 20.0, "funnel_diameter_mm": 26.0}
 
 def small(rig="repose", law="cohesive_frictional", seed=1, effects=None, conditions=None, numerics=None, **parameters):
     """A heap of some 180 grains."""
-    return rigs.case(
+    return on_yade.case(
         rig,
         contact_law=law,
         seed=seed,
@@ -66,9 +67,9 @@ def run(store, cases):
 @pytest.fixture(scope="module")
 def constants(store):
     """The contact constants of both laws at BASE and with one parameter moved at a time."""
-    folders = rigs.FOLDERS
-    rigs.FOLDERS = [*folders, Path(__file__).parent / "powder_rigs"]
-    rigs.rig.cache_clear()
+    folders = on_yade.FOLDERS
+    on_yade.FOLDERS = [*folders, Path(__file__).parent / "powder_rigs"]
+    on_yade.rig.cache_clear()
     equal = {"size_spread": 0.0}
     cases = {(law, None): small("powder_contacts", law, numerics=equal) for law in LAWS}
     cases |= {
@@ -83,8 +84,8 @@ def constants(store):
         for effect, (values, amplified, _) in EFFECTS.items()
     }
     rows = run(store, list(cases.values()))
-    rigs.FOLDERS = folders
-    rigs.rig.cache_clear()
+    on_yade.FOLDERS = folders
+    on_yade.rig.cache_clear()
     assert set(rows["status"]) == {"ok"}, rows[["contact_law", "status"]].to_string()
     return {
         key: row[list(set(OWN.values()) | {"steel_adhesion"})]
@@ -133,7 +134,7 @@ SEEDS = range(1, 7)
 def started(store):
     """{effect or None: angles} of frictional heaps without, and with a hundred-thousandth of the physical limit."""
     limits = {"cohesion": 4e-6, "rolling_resistance": 6e-6}
-    key = {name: next(iter(rigs.rig("repose").effects[name])) for name in limits}
+    key = {name: next(iter(on_yade.rig("repose").effects[name])) for name in limits}
     amounts = {None: {}} | {name: {name: {key[name]: barely}} for name, barely in limits.items()}
     cases = [small(seed=seed, effects=effect, **FRICTIONAL) for effect in amounts.values() for seed in SEEDS]
     rows = run(store, cases)
@@ -155,7 +156,7 @@ def test_an_effect_of_heaps_begins_continuously_from_absent(started, effect):
 def test_an_absent_effect_is_bit_equal_and_a_present_one_is_its_parameter(store):
     """Amounts and parameters chosen so that their sum is exact."""
     quarter = small(powder_surface_energy=0.25, powder_rolling_friction=0.25, powder_steel_rolling_friction=0.25)
-    absent = {name: {p: 0.0 for p in parameters} for name, parameters in rigs.rig("repose").effects.items()}
+    absent = {name: {p: 0.0 for p in parameters} for name, parameters in on_yade.rig("repose").effects.items()}
     assert absent == quarter["effects"]
     both = small(
         powder_surface_energy=0.125,
@@ -165,7 +166,7 @@ def test_an_absent_effect_is_bit_equal_and_a_present_one_is_its_parameter(store)
     )
     rows = run(store, [quarter, both])
     assert rows["id"].nunique() == 2
-    for name in rigs.rig("repose").observables:
+    for name in on_yade.rig("repose").observables:
         assert rows[name].iloc[0] == rows[name].iloc[1], name
 
 
@@ -248,7 +249,7 @@ def test_the_chain_knows_the_rigs_parameters():
 
 def test_a_law_has_the_time_step_it_needs():
     """Mindlin heaps are wrong at the default law's step (results/checks/repose_time_steps.csv)."""
-    step = {law: rigs.case("repose", contact_law=law)["numerics"]["time_step_fraction"] for law in LAWS}
+    step = {law: on_yade.case("repose", contact_law=law)["numerics"]["time_step_fraction"] for law in LAWS}
     assert step == {"cohesive_frictional": 0.18, "hertz_mindlin": 0.09}
-    given = rigs.case("repose", contact_law="hertz_mindlin", numerics={"time_step_fraction": 0.05})
+    given = on_yade.case("repose", contact_law="hertz_mindlin", numerics={"time_step_fraction": 0.05})
     assert given["numerics"]["time_step_fraction"] == 0.05

@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from pellet_study import rigs
+from pellet_study.rigs import on_yade
 from yade_scripts import case as case_file
 
-SCRIPTS = Path(rigs.SCRIPTS)
+SCRIPTS = Path(on_yade.SCRIPTS)
 
 
 def yade(*arguments: str, folder: Path) -> subprocess.CompletedProcess:
@@ -34,7 +34,7 @@ def test_a_rig_runs_on_its_own_example(name, tmp_path):
     assert done.returncode == 0, done.stderr
     row = next(csv.DictReader(open(tmp_path / "observables.csv")))
     assert row["id"] == "mine" and row["status"] == "ok" and row["seed_powder_static_friction"] == "0.5"
-    value = float(row[next(iter(rigs.rig(name).observables))])
+    value = float(row[next(iter(on_yade.rig(name).observables))])
     assert math.isfinite(value)
     if name == "slope_slip":
         assert value == pytest.approx(math.degrees(math.atan(0.5)), abs=0.06)
@@ -51,7 +51,7 @@ def test_a_rig_runs_on_its_own_example(name, tmp_path):
     ],
 )
 def test_a_case_with_wrong_names_is_refused_before_anything_runs(spoil, message, tmp_path):
-    case = case_file.example(vars(rigs.rig("rebound")))
+    case = case_file.example(vars(on_yade.rig("rebound")))
     spoil(case)
     (tmp_path / "cases.json").write_text(json.dumps([case]))
     done = yade(str(SCRIPTS / "rebound.py"), "cases.json", "out.csv", folder=tmp_path)

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study import response, rigs, simulated
+from pellet_study import response, simulated
 from pellet_study.campaign import TOOK_LONGER
 from pellet_study.challenge.bench import BENCH
 from pellet_study.compare import calibrate
@@ -16,6 +16,7 @@ from pellet_study.engine import Request
 from pellet_study.errors import SimulationError
 from pellet_study.model import Model
 from pellet_study.refine import refine
+from pellet_study.rigs import on_yade
 from pellet_study.simulated import Simulated
 from pellet_study.study import Setting, load, write_effect
 from tests.make_study import command
@@ -127,7 +128,7 @@ def test_an_angle_goes_by_its_tangent():
 def test_cases_of_a_paired_rig_have_seeds_and_places_of_their_own(tmp_path):
     model = Model(load(study_in(tmp_path / "s", SLIPS)))
     engine = model.engines["slope_slip"]
-    parameters = {name: np.array([[0.5]]) for name in rigs.rig("slope_slip").parameters}
+    parameters = {name: np.array([[0.5]]) for name in on_yade.rig("slope_slip").parameters}
     conditions = {"seed_length_mm": np.array([2.0, 3.0]), "added_mass_mg": np.array([0.0, 6.0])}
     sites = engine._sites(Request("slope_slip", "slip_angle_deg", conditions, parameters, {}))
     first, second = (engine._base_points(site) for site in sites)
@@ -358,4 +359,4 @@ def test_slip_alone_is_refined_on_yade(tmp_path):
     assert found.steps[-1].rms_error < 0.5 * found.steps[0].rms_error
     assert isinstance(found.state.model.engines["slope_slip"], Simulated)
     assert replace(study, effort=2.0).effort == 2.0
-    assert rigs.rig("slope_slip").seeds == 1
+    assert on_yade.rig("slope_slip").seeds == 1

@@ -7,8 +7,8 @@ roll-out scatters because seeds land anyhow; a slip angle is read with half a de
 from functools import cache
 from pathlib import Path
 
-from pellet_study import catalogue
 from pellet_study.challenge.demonstration import Demonstration
+from pellet_study.rigs import catalogue
 from yade_scripts.case import load
 
 OUTSIDE = Path(__file__).parent / "outside"

@@ -8,8 +8,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pellet_study.catalogue import Catalogue, standard
 from pellet_study.measurements import Measurement
+from pellet_study.rigs.catalogue import Catalogue, standard
 from pellet_study.study import Setting, Study
 
 

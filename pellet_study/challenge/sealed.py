@@ -15,7 +15,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pellet_study import dispatch, rigs
+from pellet_study import dispatch
 from pellet_study.challenge.bench import outside
 from pellet_study.challenge.demonstration import Demonstration
 from pellet_study.challenge.predictions import Stored, described
@@ -23,6 +23,7 @@ from pellet_study.compare import Comparison, calibrate, compare
 from pellet_study.errors import SimulationError
 from pellet_study.model import Model
 from pellet_study.refine import Refinement, refine
+from pellet_study.rigs import on_yade
 from pellet_study.study import load
 
 STRENGTHS = (6.0, 8.0, 10.0, 13.0)
@@ -85,7 +86,7 @@ def measure(of: Demonstration, numbers: Sequence[int], folder: Path, store: Path
             continue
         for rig in of.observables:
             mine = [effect.own for effect in extra if rig in effect.rigs]
-            rigs.use(rig, of.catalogue.rigs[rig].file, mine)
+            on_yade.use(rig, of.catalogue.rigs[rig].file, mine)
         cases = [case for n in group for case in _cases(of, n, _truth(folder, n))]
         table = dispatch.run(cases, store, workers=workers)
         place = 0
@@ -114,7 +115,7 @@ def _truth(folder: Path, number: int) -> dict:
 def _acting(of: Demonstration, rig: str, truth: Mapping) -> dict[str, dict[str, float]]:
     """What is hidden in a rig, as a case holds it."""
     known = {**of.catalogue.effects, **outside()}
-    return {name: {known[name].amount: v} for name, v in truth["effects"].items() if name in rigs.rig(rig).effects}
+    return {name: {known[name].amount: v} for name, v in truth["effects"].items() if name in on_yade.rig(rig).effects}
 
 
 def _cases(of: Demonstration, number: int, truth: Mapping) -> list[dict]:
@@ -124,7 +125,7 @@ def _cases(of: Demonstration, number: int, truth: Mapping) -> list[dict]:
         first = FIRST_SEED + (number * len(of.conditions) + k) * SEEDS_A_TRIAL
         for seed in range(first, first + of.simulated(rig)):
             cases.append(
-                rigs.case(
+                on_yade.case(
                     rig,
                     seed=seed,
                     parameters={**truth["parameters"], **of.known},
@@ -143,7 +144,7 @@ def weigh(stored: Stored, numbers: Sequence[int], folder: Path, store: Path, wor
     """
     of, asked, cases = stored.of, [], []
     for rig in of.observables:
-        rigs.use(rig, of.catalogue.rigs[rig].file)
+        on_yade.use(rig, of.catalogue.rigs[rig].file)
     for n in numbers:
         truth = _truth(folder, n)
         for k, (rig, given) in enumerate(of.conditions):
@@ -156,7 +157,7 @@ def weigh(stored: Stored, numbers: Sequence[int], folder: Path, store: Path, wor
             for effects in (acting, {}):
                 asked.append((n, k, len(cases), len(cases) + len(seeds)))
                 cases += [
-                    rigs.case(rig, seed=s, parameters=parameters, conditions=given, effects=effects) for s in seeds
+                    on_yade.case(rig, seed=s, parameters=parameters, conditions=given, effects=effects) for s in seeds
                 ]
     table = dispatch.run(cases, store, workers=workers) if cases else None
     factors = {n: (np.ones(len(of.conditions)), np.zeros(len(of.conditions))) for n in numbers}

@@ -11,7 +11,6 @@ from functools import cache
 import numpy as np
 
 from pellet_study.calibrate import fit, problem_of
-from pellet_study.catalogue import Acting
 from pellet_study.challenge import twins
 from pellet_study.compare import calibrate, compare
 from pellet_study.diagnose import diagnose
@@ -19,6 +18,7 @@ from pellet_study.engine import Request
 from pellet_study.evidence import Evidence
 from pellet_study.model import ClosedForm, Model
 from pellet_study.refine import Refinement, refine
+from pellet_study.rigs.catalogue import Acting
 from pellet_study.study import Study
 
 

@@ -9,8 +9,8 @@ from functools import cache
 
 import numpy as np
 
-from pellet_study.catalogue import Catalogue, Effect, Rig
 from pellet_study.measurements import Measurement
+from pellet_study.rigs.catalogue import Catalogue, Effect, Rig
 from pellet_study.study import Setting, Study
 
 GRAVITY, AIR, SEED = 9.81, 1.2, 1250.0  # m/s2, kg/m3, kg/m3

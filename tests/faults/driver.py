@@ -73,14 +73,15 @@ def simulating(folder: Path) -> list[int]:
 
 def main(store: str, table: str, number: str, pause: str = "", fault: str = "0") -> None:
     """The campaign."""
-    from pellet_study import bench_report, dispatch, rigs
+    from pellet_study import bench_report, dispatch
+    from pellet_study.rigs import on_yade
 
     if pause:
-        rigs.FOLDERS.append(FAULT_RIGS)
+        on_yade.FOLDERS.append(FAULT_RIGS)
         settings = {"pause_s": float(pause), "fault": float(fault)}
-        cases = [rigs.case("faulty", seed=seed, conditions=settings) for seed in range(int(number))]
+        cases = [on_yade.case("faulty", seed=seed, conditions=settings) for seed in range(int(number))]
     else:
-        cases = [rigs.case("rebound", seed=seed) for seed in range(int(number))]
+        cases = [on_yade.case("rebound", seed=seed) for seed in range(int(number))]
     bench_report.write_runs([dispatch.run(cases, Path(store))], Path(table))
 
 

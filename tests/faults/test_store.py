@@ -8,8 +8,9 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from pellet_study import dispatch, rigs
+from pellet_study import dispatch
 from pellet_study.errors import InputError
+from pellet_study.rigs import on_yade
 from pellet_study.store import Store, key
 from tests.faults.driver import ROOT, UNPRIVILEGED, command, paragraph, start
 from yade_scripts.case import Table, flat, unsealed
@@ -21,10 +22,10 @@ CASES = 60
 def filled(tmp_path_factory):
     """A store of twenty rebounds, its table and rows; written here, as YADE writes them."""
     store = Store(tmp_path_factory.mktemp("store"))
-    rig = rigs.rig("rebound")
+    rig = on_yade.rig("rebound")
     table = Table(store.table(rig), store.columns(rig), checked=True)
     for seed in range(20):
-        case = {**rigs.case("rebound", seed=seed), "id": f"{seed:020x}"}
+        case = {**on_yade.case("rebound", seed=seed), "id": f"{seed:020x}"}
         status = "ok" if seed % 3 else 'crashed YADE (SIGABRT): "quoted", with a comma'
         height = {"rebound_height_mm": 7.1 + seed / 7} if status == "ok" else {}
         table.append({**flat(case), **height, "status": status})
@@ -68,9 +69,9 @@ def test_whatever_is_done_to_the_table_no_row_is_altered_unnoticed(filled, data)
 
 
 def test_a_store_whose_lines_are_torn_is_completed(tmp_path, capfd):
-    cases = [rigs.case("rebound", seed=seed) for seed in range(4)]
+    cases = [on_yade.case("rebound", seed=seed) for seed in range(4)]
     first = dispatch.run(cases, tmp_path)
-    table = Store(tmp_path).table(rigs.rig("rebound"))
+    table = Store(tmp_path).table(on_yade.rig("rebound"))
     lines = table.read_bytes().splitlines(keepends=True)
     one_digit = bytearray(lines[2])
     one_digit[60] = ord("1") if one_digit[60] != ord("1") else ord("2")
@@ -82,9 +83,9 @@ def test_a_store_whose_lines_are_torn_is_completed(tmp_path, capfd):
 
 def test_a_folder_where_the_table_should_be_is_named(tmp_path):
     store = Store(tmp_path)
-    store.table(rigs.rig("rebound")).mkdir()
+    store.table(on_yade.rig("rebound")).mkdir()
     with pytest.raises(InputError, match="expected a table of finished cases"):
-        dispatch.run([rigs.case("rebound")], tmp_path)
+        dispatch.run([on_yade.case("rebound")], tmp_path)
 
 
 ON_A_SMALL_DISK = """
@@ -142,7 +143,7 @@ def test_a_store_of_somebody_else_is_named(tmp_path):
 
 
 def test_another_version_is_another_case(monkeypatch):
-    case = rigs.case("rebound")
+    case = on_yade.case("rebound")
     before = key(case)
     monkeypatch.setattr("pellet_study.yade.version", lambda: "2031.01a")
     assert key(case) != before

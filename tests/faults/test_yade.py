@@ -6,8 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from pellet_study import campaign, dispatch, rigs, yade
+from pellet_study import campaign, dispatch, yade
 from pellet_study.errors import SimulationError
+from pellet_study.rigs import on_yade
 from tests.faults.driver import FAULT_RIGS, command, paragraph, rows, simulating, wait_until
 
 NONE, BAD_ADDRESS, KILLED, KILLED_ONCE, MEMORY, FULL_DISK, HANG_OUTSIDE = 0, 10, 11, 12, 13, 14, 15
@@ -17,10 +18,10 @@ FUNCTOR = "Law2_ScGeom_MindlinPhys_Mindlin"
 @pytest.fixture
 def faulty(monkeypatch):
     """Cases of the faulty rig."""
-    monkeypatch.setattr(rigs, "FOLDERS", [*rigs.FOLDERS, FAULT_RIGS])
-    rigs.rig.cache_clear()
-    yield lambda seed, fault=NONE: rigs.case("faulty", seed=seed, conditions={"fault": fault})
-    rigs.rig.cache_clear()
+    monkeypatch.setattr(on_yade, "FOLDERS", [*on_yade.FOLDERS, FAULT_RIGS])
+    on_yade.rig.cache_clear()
+    yield lambda seed, fault=NONE: on_yade.case("faulty", seed=seed, conditions={"fault": fault})
+    on_yade.rig.cache_clear()
 
 
 @pytest.fixture
@@ -86,7 +87,7 @@ def test_a_hang_that_never_returns_to_python_is_stopped(tmp_path, faulty):
 
 
 def test_a_case_that_took_too_long_is_tried_again_with_more_time(tmp_path, faulty):
-    slow = rigs.case("faulty", seed=1, conditions={"pause_s": 4.0})
+    slow = on_yade.case("faulty", seed=1, conditions={"pause_s": 4.0})
     assert dispatch.run([slow], tmp_path)["status"][0] == "took longer than its time limit of 2 s"
     assert dispatch.run([slow], tmp_path)["status"][0] == "took longer than its time limit of 2 s"
     assert dispatch.run([slow], tmp_path, time_limit_s=60)["answer"][0] == 3
@@ -96,12 +97,12 @@ def test_a_case_that_took_too_long_is_tried_again_with_more_time(tmp_path, fault
 @pytest.mark.parametrize("rig", ["rebound", "slope_slip", "inclined_roll"])
 def test_a_blow_up_is_no_result(tmp_path, rig):
     cases = [
-        rigs.case(rig, contact_law=law, numerics={"time_step_fraction": 5.0})
+        on_yade.case(rig, contact_law=law, numerics={"time_step_fraction": 5.0})
         for law in ("hertz_mindlin", "cohesive_frictional")
     ]
     found = dispatch.run(cases, tmp_path)
     assert (found["status"] != "ok").all(), found["status"].tolist()
-    assert found[list(rigs.rig(rig).observables)].isna().all(axis=None)
+    assert found[list(on_yade.rig(rig).observables)].isna().all(axis=None)
 
 
 @pytest.mark.parametrize("fault, word", [(KILLED, "SIGKILL"), (MEMORY, "MemoryError")])
@@ -127,7 +128,7 @@ def test_a_system_that_fails_a_case_stops_the_campaign_and_is_no_outcome(tmp_pat
 
 def test_the_time_limit_is_the_rigs_unless_one_is_given(monkeypatch):
     one = campaign._Campaign.__new__(campaign._Campaign)
-    one.rigs = {name: rigs.rig(name) for name in ("rebound", "inclined_roll")}
+    one.rigs = {name: on_yade.rig(name) for name in ("rebound", "inclined_roll")}
     one.limit_s = None
     assert [one._limit_s({"rig": name}) for name in one.rigs] == [60.0, 120.0]
     one.limit_s = 5.0

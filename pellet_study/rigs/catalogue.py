@@ -219,7 +219,7 @@ def standard() -> Catalogue:
     """The rigs and effects that come with the package."""
     rigs = [rig_from(importlib.import_module(f"yade_scripts.{f.stem}"), f) for f in declaring(SCRIPTS, "RIG")]
     rigs += [
-        rig_from(importlib.import_module(f"pellet_study.closed_form.{f.stem}"), f)
+        rig_from(importlib.import_module(f"pellet_study.rigs.closed_form.{f.stem}"), f)
         for f in declaring(CLOSED_FORM, "RIG")
     ]
     effects = [
