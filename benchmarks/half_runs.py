@@ -16,9 +16,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pellet_study import powder_chain, powder_path, powder_plan, study
+from pellet_study import powder_chain, powder_path, powder_plan
 from pellet_study.output import style
 from pellet_study.powder_plan import OBSERVABLE
+from pellet_study.study import load
 from yade_scripts.powder_scene import damper_share
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -41,7 +42,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--workers", type=int)
     workers = parser.parse_args().workers
-    plan = powder_plan.plan_of(study.load(ROOT / "results" / "full"))
+    plan = powder_plan.plan_of(load.load(ROOT / "results" / "full"))
     plan = replace(plan, conditions={"powder_mass_g": MASS_G, "outlet_height_mm": HEIGHT_MM})
     rows = []
     for target in TARGETS:

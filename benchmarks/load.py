@@ -74,7 +74,7 @@ def collect(size: int, folder: Path) -> np.ndarray:
 def diagnose(size: int, folder: Path) -> np.ndarray:
     """Seconds of `diagnose` with as many rows, half as many different cases, and 20 candidates."""
     from pellet_study.diagnose import diagnose as find
-    from pellet_study.study import load
+    from pellet_study.study.load import load
 
     (folder / "effects").mkdir()
     rng = np.random.default_rng(1)
@@ -100,8 +100,8 @@ def diagnose(size: int, folder: Path) -> np.ndarray:
 
 def read(size: int, folder: Path) -> np.ndarray:
     """Seconds to read and check as many rows."""
-    from pellet_study import measurements
     from pellet_study.rigs import catalogue
+    from pellet_study.study import measurements
 
     file = folder / "measurements.csv"
     with open(file, "w") as stream:

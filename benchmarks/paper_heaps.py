@@ -15,11 +15,12 @@ import numpy as np
 import pandas as pd
 import statsmodels.api as sm
 
-from pellet_study import dispatch, study
+from pellet_study import dispatch
 from pellet_study.output import style
 from pellet_study.paper.designs import screening_factors
 from pellet_study.powder_plan import IDLE, OBSERVABLE, RIG, SYMBOLS
 from pellet_study.rigs import on_yade
+from pellet_study.study import load
 
 FOLDER = Path(__file__).resolve().parent.parent / "results" / "paper_heaps"
 FIRST_SEED = 70_000
@@ -59,7 +60,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=4)
     parser.add_argument("--workers", type=int)
     given = parser.parse_args()
-    loaded = study.load(FOLDER)
+    loaded = load.load(FOLDER)
     heaps = simulated(loaded.rows, loaded.contact_law, given.seeds, given.workers)
     heaps.to_csv(FOLDER / "heaps.csv", index=False, lineterminator="\n")
     groups = heaps.groupby("point", sort=False)[OBSERVABLE]

@@ -112,7 +112,7 @@ def _held(arguments: argparse.Namespace):
     """The study, held where the command edits it."""
     if arguments.command not in EDITING:
         return nullcontext()
-    from pellet_study.study import alone
+    from pellet_study.study.edit import alone
 
     return alone(arguments.study)
 

@@ -1,18 +1,14 @@
 """The machine-readable form of each answer, and the history a study keeps of what was done."""
 
-import json
 import math
 from dataclasses import asdict
-from pathlib import Path
 
 from pellet_study.compare import Calibrated, Comparison, surface_error
 from pellet_study.diagnose import Diagnosis
-from pellet_study.errors import InputError
 from pellet_study.next_measurement import NextMeasurement
 from pellet_study.pages import drift_words
 from pellet_study.refine import Refinement
 
-HISTORY = "history.json"
 SURFACE_FAILS = 0.005
 
 
@@ -112,50 +108,3 @@ def refinement(found: Refinement) -> dict:
         "next_measurement": proposal(found.last.next_measurement or found.diagnoses[0].next_measurement),
         "warnings": list(dict.fromkeys(w for d in found.diagnoses for w in d.warnings)),
     }
-
-
-def read_history(folder: Path) -> list[dict]:
-    """Steps recorded in a study folder, the oldest first.
-
-    Raises
-    ------
-    InputError : the file is not what was written
-    """
-    file = folder / HISTORY
-    if not file.exists():
-        return []
-    try:
-        steps = json.loads(file.read_text(encoding="utf-8"))["steps"]
-        if not isinstance(steps, list):
-            raise TypeError
-        return steps
-    except (ValueError, KeyError, TypeError):
-        raise InputError(f"{file}: is damaged; delete it to begin the history anew") from None
-
-
-def record(folder: Path, steps: list[dict]) -> None:
-    """Add steps to a study's history; a step that repeats the last one is left out."""
-    known = read_history(folder)
-    for new in steps:
-        if not known or _gist(known[-1]) != _gist(new):
-            known.append(new)
-    write(folder / HISTORY, {"steps": known})
-
-
-def _gist(step_told: dict) -> tuple:
-    """What two records of the same model agree in, however its fit was begun."""
-    errors = [step_told[k] for k in ("rms_error", "holdout_rms_error")]
-    return (*step_told["effects"], step_told["dof"], *(None if e is None else f"{e:.3g}" for e in errors))
-
-
-def write(file: Path, answer: dict) -> None:
-    """Write an answer whole or not at all."""
-    temporary = file.with_suffix(file.suffix + ".new")
-    temporary.write_text(json.dumps(answer, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    temporary.replace(file)
-
-
-def leave(folder: Path, name: str, page: str, answer: dict) -> None:
-    """Keep a command's page and its answer in the study: NAME.txt and NAME.json."""
-    (folder / f"{name}.txt").write_text(page + "\n", encoding="utf-8")
-    write(folder / f"{name}.json", answer)

@@ -40,7 +40,7 @@ from pellet_study.compare import (
 )
 from pellet_study.model import Model
 from pellet_study.next_measurement import FEW_LEVELS, NextMeasurement, next_measurement
-from pellet_study.study import Study
+from pellet_study.study.study import Study
 
 GATE = 0.035  # for the first effect; lack of fit, drift and what sds found from readings cost spend the rest of 5 %
 GATE_AGAIN = 0.004  # for each further one

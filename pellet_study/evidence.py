@@ -11,8 +11,8 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy import stats
 
-from pellet_study.measurements import Measurement
 from pellet_study.model import Model, key
+from pellet_study.study.measurements import Measurement
 
 WELL_KNOWN = 1000  # degrees of freedom given to a standard deviation that is stated without its readings
 SPAN_FOR_PROPORTION = 2.0  # readings must span this factor before noise is allowed to grow with them

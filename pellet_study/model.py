@@ -14,9 +14,9 @@ import numpy as np
 
 from pellet_study.engine import Engine, Request
 from pellet_study.errors import InputError
-from pellet_study.measurements import Measurement
 from pellet_study.rigs.catalogue import Acting, Catalogue
-from pellet_study.study import Study
+from pellet_study.study.measurements import Measurement
+from pellet_study.study.study import Study
 
 
 @dataclass(frozen=True)

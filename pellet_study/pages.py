@@ -9,7 +9,7 @@ from pellet_study.output.style import unit_in_words
 from pellet_study.output.terminal import folded
 from pellet_study.output.words import number, probability
 from pellet_study.refine import Refinement
-from pellet_study.study import Study
+from pellet_study.study.study import Study
 
 LEGEND = (
     "(visible: share of its change that no constant imitates; score: of its shape, in standard errors; p adj.: over all "

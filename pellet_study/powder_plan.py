@@ -10,10 +10,10 @@ from pellet_study.doe import validation
 from pellet_study.doe.answers import plain
 from pellet_study.doe.factors import Factor
 from pellet_study.errors import InputError
-from pellet_study.measurements import Measurement
 from pellet_study.paper.designs import screening_factors
 from pellet_study.rigs import on_yade
-from pellet_study.study import BELONGS_TO, SCALINGS, Study
+from pellet_study.study.measurements import Measurement
+from pellet_study.study.study import BELONGS_TO, SCALINGS, Study
 from yade_scripts import powder_scene
 
 RIG, OBSERVABLE = "repose", "repose_angle_deg"

@@ -17,7 +17,7 @@ from pellet_study.diagnose import GATE, GATE_AGAIN, TIE, Diagnosis, diagnose, re
 from pellet_study.evidence import Evidence
 from pellet_study.model import Engine, Model
 from pellet_study.next_measurement import dear
-from pellet_study.study import Study
+from pellet_study.study.study import Study
 
 MOST_EFFECTS = 3
 

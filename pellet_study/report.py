@@ -10,14 +10,16 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 import pellet_study
-from pellet_study import answers, figures, pictured, powder_chain, stages
+from pellet_study import figures, pictured, powder_chain, stages
 from pellet_study.errors import InputError
 from pellet_study.output import style
 from pellet_study.output.style import label
 from pellet_study.output.words import number, probability
 from pellet_study.pages import fit_words
 from pellet_study.parts import picture, table
-from pellet_study.study import Study, load
+from pellet_study.study import history
+from pellet_study.study.load import load
+from pellet_study.study.study import Study
 
 FILE = "report.html"
 MOST_ROWS = 20
@@ -54,7 +56,7 @@ def page(folder: Path) -> str:
     compared = _answer(folder, "compare")
     refined = _answer(folder, "refine")
     diagnoses = _diagnoses(refined, _answer(folder, "diagnose"))
-    steps = _whole(folder, answers.read_history(folder))
+    steps = _whole(folder, history.read_history(folder))
     try:
         done = stages.stages(study, folder)
         told = {
@@ -109,7 +111,7 @@ def _answer(folder: Path, name: str) -> dict | None:
 def _whole(folder: Path, steps: Sequence[dict]) -> list[dict]:
     """The steps of the history, each with its rows."""
     if any("rows" not in step for step in steps):
-        raise InputError(f"{folder / answers.HISTORY}: was written by an older version; delete it and run refine again")
+        raise InputError(f"{folder / history.HISTORY}: was written by an older version; delete it and run refine again")
     return list(steps)
 
 
@@ -458,7 +460,7 @@ def _repeat(folder: Path) -> dict:
             ("constants, residuals, where it fails", ("compare.json", "compare.txt"), f"compare {place}"),
             ("ranking, next measurement", ("diagnose.json", "diagnose.txt"), f"diagnose {place}"),
             ("effects added, error step by step", ("refine.json", "refine.txt"), f"refine {place}"),
-            ("the error ladder", (answers.HISTORY,), f"history {place}"),
+            ("the error ladder", (history.HISTORY,), f"history {place}"),
             (
                 "powder calibration",
                 ("runs.csv", *(f"{stage}/decision.json" for stage in powder_chain.STAGES)),

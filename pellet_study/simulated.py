@@ -35,7 +35,7 @@ from pellet_study.response import (
     spread,
 )
 from pellet_study.rigs import on_yade
-from pellet_study.study import SCALINGS, Study
+from pellet_study.study.study import SCALINGS, Study
 
 BASE = 2.4  # points a term of the base surface
 SPARE = 2  # points beyond its terms, at least: they tell the scatter

@@ -11,7 +11,7 @@ from pellet_study.paper import printed as paper
 from pellet_study.parts import picture, table
 from pellet_study.powder_plan import OBSERVABLE
 from pellet_study.powder_stages import powder
-from pellet_study.study import Study
+from pellet_study.study.study import Study
 
 
 def stages(study: Study, folder: Path) -> list[dict]:

@@ -9,8 +9,8 @@ from pellet_study.calibrate import fit_many
 from pellet_study.challenge import trials, twins
 from pellet_study.compare import calibrate, drifts
 from pellet_study.diagnose import LEFT_DRIFT, columns_of, diagnose, judge, rival_problem
-from pellet_study.measurements import Measurement
-from pellet_study.study import load
+from pellet_study.study.load import load
+from pellet_study.study.measurements import Measurement
 from tests.make_study import STRESSES_PA, command, folder, incline, slip_angle_deg
 
 

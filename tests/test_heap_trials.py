@@ -13,7 +13,7 @@ from pellet_study.challenge.heaps import HEAPS
 from pellet_study.model import Model
 from pellet_study.rigs import on_yade
 from pellet_study.simulated import Simulated
-from pellet_study.study import load
+from pellet_study.study.load import load
 
 RESULTS = Path(__file__).resolve().parents[1] / "results" / "hidden_heaps"
 VERSION = "2023.02a"  # of the YADE that made them

@@ -41,7 +41,6 @@ ROOMS = {
 }
 ORDER = re.compile(r"(< )?[\w/]+(( <|,) [\w/]+)*")  # a line of an order: names parted by `<` or commas
 LOOSE = {
-    "study": ["measurements", "own", "study"],
     "simulate": ["yade", "store", "campaign", "cluster", "dispatch", "law_checks"],
     "model": ["engine", "response", "simulated", "model"],
     "criticism": ["evidence", "calibrate", "compare", "next_measurement", "diagnose", "levels", "refine", "pages", "answers", "figures"],
@@ -76,7 +75,7 @@ def places() -> dict[str, tuple[str, int]]:
     for room in ROOMS:
         for place, group in enumerate(order_of(room)):
             for name in group:
-                loose = name in LOOSE.get(room, ()) or name == room
+                loose = name in LOOSE.get(room, ()) or not (PACKAGE / room).is_dir()
                 found[name if loose else f"{room}/{name}"] = room, place
     return found
 

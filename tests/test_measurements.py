@@ -3,8 +3,8 @@
 import pytest
 
 from pellet_study.errors import InputError
-from pellet_study.measurements import read
 from pellet_study.rigs import catalogue
+from pellet_study.study.measurements import read
 
 HEADER = "rig,observable,value,layer_height_mm"
 ROW = "layer_on_incline,slip_angle_deg,30,20"

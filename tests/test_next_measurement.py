@@ -12,7 +12,7 @@ from pellet_study.compare import calibrate, covariance, unit_of_chi2
 from pellet_study.diagnose import TIE, Rival, _tied, rival_problem
 from pellet_study.model import Case, Model
 from pellet_study.next_measurement import nearest, next_measurement, predicted
-from pellet_study.study import load
+from pellet_study.study.load import load
 
 LENGTHS = (1.5, 1.8, 2.2, 2.6, 3.0)
 

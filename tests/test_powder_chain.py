@@ -8,10 +8,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study import powder_chain, powder_path, powder_plan, powder_report, powder_stages, study
+from pellet_study import powder_chain, powder_path, powder_plan, powder_report, powder_stages
 from pellet_study.__main__ import main
 from pellet_study.errors import InputError, SimulationError
 from pellet_study.powder_plan import SYMBOLS
+from pellet_study.study import load
 
 SLOPES = {"B": -1.5, "C": 3.5, "G": 3.7}  # per coded unit of Table 6, half the paper's effects
 
@@ -55,7 +56,7 @@ def powder(tmp_path):
 
 def chain_of(folder: Path, stub: Formula, monkeypatch, **more) -> powder_chain.Chain:
     monkeypatch.setattr(powder_chain, "dispatch", stub)
-    plan = powder_plan.plan_of(study.load(folder))
+    plan = powder_plan.plan_of(load.load(folder))
     return powder_chain.Chain(plan, folder, folder / ".store", say=lambda line: None, **more)
 
 
@@ -329,10 +330,10 @@ def test_the_quick_chain_reads_the_stages_it_does_not_do(powder, tmp_path, monke
 def test_studies_without_a_measured_angle_are_refused(powder):
     (powder / "measurements.csv").write_text("rig,observable,value,sd\nrebound,rebound_height_mm,8.01,0.1\n")
     with pytest.raises(InputError, match="repose"):
-        powder_plan.plan_of(study.load(powder))
+        powder_plan.plan_of(load.load(powder))
     (powder / "measurements.csv").write_text("rig,observable,value\nrepose,repose_angle_deg,41.69\n")
     with pytest.raises(InputError, match="sd"):
-        powder_plan.plan_of(study.load(powder))
+        powder_plan.plan_of(load.load(powder))
 
 
 def test_repeats_are_heaps_at_the_same_points(powder, monkeypatch, capsys):
@@ -576,7 +577,7 @@ def test_a_setting_that_was_read_is_validated_with_seeds_that_did_not_choose_it(
     before = set(first.asked)
     stub = Formula(noise=1.5)
     monkeypatch.setattr(powder_chain, "dispatch", stub)
-    plan = powder_plan.plan_of(study.load(powder))
+    plan = powder_plan.plan_of(load.load(powder))
     folder = tmp_path / "quick"
     quick = powder_chain.Chain(
         plan, folder, folder / ".store", powder_chain.QUICK, say=lambda line: None, decisions_from=powder

@@ -7,9 +7,9 @@ import pytest
 
 from pellet_study.challenge import trials, twins
 from pellet_study.compare import calibrate
-from pellet_study.measurements import Measurement
 from pellet_study.refine import swap
-from pellet_study.study import load
+from pellet_study.study.load import load
+from pellet_study.study.measurements import Measurement
 from tests.make_study import command, incline
 
 RESULTS = Path(__file__).resolve().parent.parent / "results"

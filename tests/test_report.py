@@ -9,10 +9,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study import answers, report
+from pellet_study import report
 from pellet_study.errors import InputError
 from pellet_study.paper import designs, results
 from pellet_study.paper import printed as paper
+from pellet_study.study import history
 from tests.browser import WIDTHS, chromium, inspect
 from tests.make_study import command, folder, incline
 
@@ -119,7 +120,7 @@ def test_results_older_than_the_measurements_are_pointed_out(tmp_path):
     assert "is not what was compared" in text_of(study)
 
 
-@pytest.mark.parametrize("name", ("compare.json", "diagnose.json", "refine.json", answers.HISTORY))
+@pytest.mark.parametrize("name", ("compare.json", "diagnose.json", "refine.json", history.HISTORY))
 def test_a_damaged_answer_is_refused(name, tmp_path):
     study = incline(tmp_path)
     for damage in ('{"steps": [', "[]", '{"steps": [{}], "effects": [1], "diagnoses": [{}]}'):

@@ -14,7 +14,7 @@ from pellet_study import dispatch, yade
 from pellet_study.challenge import sealed
 from pellet_study.challenge.bench import BENCH
 from pellet_study.challenge.demonstration import Demonstration
-from pellet_study.study import load
+from pellet_study.study.load import load
 
 PLACES = sorted((Path(__file__).resolve().parents[1] / "results" / "hidden_effect").glob("sealed/[0-9]*"))
 VERSION = "2023.02a"  # of the YADE that made them

@@ -18,7 +18,9 @@ from pellet_study.model import Model
 from pellet_study.refine import refine
 from pellet_study.rigs import on_yade
 from pellet_study.simulated import Simulated
-from pellet_study.study import Setting, load, write_effect
+from pellet_study.study.edit import write_effect
+from pellet_study.study.load import load
+from pellet_study.study.study import Setting
 from tests.make_study import command
 
 FRICTION = "seed_powder_static_friction = { value = 0.6, min = 0.4, max = 0.8 }"

@@ -6,7 +6,9 @@ import pytest
 
 from pellet_study.errors import InputError
 from pellet_study.model import Model
-from pellet_study.study import erase_effect, load, settings, write_effect
+from pellet_study.study.edit import erase_effect, write_effect
+from pellet_study.study.load import load
+from pellet_study.study.study import settings
 from tests.make_study import command, folder, incline
 
 OWN_EFFECT = """

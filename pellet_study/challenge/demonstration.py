@@ -8,9 +8,9 @@ from pathlib import Path
 
 import numpy as np
 
-from pellet_study.measurements import Measurement
 from pellet_study.rigs.catalogue import Catalogue, standard
-from pellet_study.study import Setting, Study
+from pellet_study.study.measurements import Measurement
+from pellet_study.study.study import Setting, Study
 
 
 @dataclass(frozen=True)

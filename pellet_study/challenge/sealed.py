@@ -24,7 +24,7 @@ from pellet_study.errors import SimulationError
 from pellet_study.model import Model
 from pellet_study.refine import Refinement, refine
 from pellet_study.rigs import on_yade
-from pellet_study.study import load
+from pellet_study.study.load import load
 
 STRENGTHS = (6.0, 8.0, 10.0, 13.0)
 OUTSIDE_AMOUNTS = {"plate_resonance": 0.5, "friction_hump": 0.3}

@@ -19,7 +19,7 @@ from pellet_study.evidence import Evidence
 from pellet_study.model import ClosedForm, Model
 from pellet_study.refine import Refinement, refine
 from pellet_study.rigs.catalogue import Acting
-from pellet_study.study import Study
+from pellet_study.study.study import Study
 
 
 @dataclass(frozen=True)

@@ -9,9 +9,9 @@ from functools import cache
 
 import numpy as np
 
-from pellet_study.measurements import Measurement
 from pellet_study.rigs.catalogue import Catalogue, Effect, Rig
-from pellet_study.study import Setting, Study
+from pellet_study.study.measurements import Measurement
+from pellet_study.study.study import Setting, Study
 
 GRAVITY, AIR, SEED = 9.81, 1.2, 1250.0  # m/s2, kg/m3, kg/m3
 MODULUS = 1e7  # Pa, reduced modulus in the sticking speed

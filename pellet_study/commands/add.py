@@ -9,7 +9,10 @@ from pellet_study.errors import InputError
 from pellet_study.model import Model
 from pellet_study.output.terminal import done, say, warn, working
 from pellet_study.output.words import nearest
-from pellet_study.study import Setting, check, load, settings, write_effect
+from pellet_study.study import history
+from pellet_study.study.edit import write_effect
+from pellet_study.study.load import load
+from pellet_study.study.study import Setting, check, settings
 
 EXAMPLE = """\
 Writes the effect into [effects] of study.toml, compare.txt and compare.json, and a step of the history.
@@ -52,10 +55,10 @@ def run(arguments: argparse.Namespace) -> dict:
         {k: Setting(fitted[k], s.low, s.high) for k, s in free.items()},
     )
     steps = [answers.comparison(before), answers.comparison(after)]
-    answers.record(arguments.study, steps)
+    history.record(arguments.study, steps)
     page = pages.folded([pages.comparison_page(larger, after), "", *pages.ladder(steps)])
     say(page)
     warn(after.warnings, noted=after.warnings)
-    answers.leave(arguments.study, "compare", page, steps[1])
+    history.leave(arguments.study, "compare", page, steps[1])
     done(arguments.study / "compare.txt", f"{'report' if after.fits else 'diagnose'} {arguments.study}")
     return {**steps[1], "before": steps[0]}

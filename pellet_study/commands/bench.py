@@ -31,11 +31,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> dict:
     """Calibrate, write the results into the study, print the summary."""
-    from pellet_study import bench, bench_report, study
+    from pellet_study import bench, bench_report
+    from pellet_study.study import load
 
     if not 0 < arguments.effort <= 4:
         raise InputError(f"--effort {arguments.effort:g}: expected a share of the seeds above 0 and up to 4")
-    loaded = study.load(arguments.study)
+    loaded = load.load(arguments.study)
     readings = bench.readings(loaded.rows)
     runner = bench.Bench(
         loaded.contact_law or "hertz_mindlin",

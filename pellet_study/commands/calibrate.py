@@ -68,7 +68,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> dict:
     """Do the stages, write the results, print the summary."""
-    from pellet_study import powder_chain, powder_path, powder_plan, powder_report, study
+    from pellet_study import powder_chain, powder_path, powder_plan, powder_report
+    from pellet_study.study import load
 
     if arguments.few and (arguments.until or arguments.only or arguments.quick or arguments.repeats):
         raise InputError("--few has no stages: leave --until, --only, --quick and --repeats away")
@@ -92,7 +93,7 @@ def run(arguments: argparse.Namespace) -> dict:
         stages = (arguments.only,)
     elif arguments.until:
         stages = powder_chain.STAGES[: powder_chain.STAGES.index(arguments.until) + 1]
-    plan = powder_plan.plan_of(study.load(arguments.study), arguments.contact_law)
+    plan = powder_plan.plan_of(load.load(arguments.study), arguments.contact_law)
     _make(folder)
     say = partial(print, flush=True)  # a line a stage, also where the output goes to a file
     sizes = powder_chain.QUICK if arguments.quick else powder_chain.FULL

@@ -6,7 +6,8 @@ from pathlib import Path
 from pellet_study import answers, pages
 from pellet_study.compare import calibrate, compare
 from pellet_study.output.terminal import done, say, warn, working
-from pellet_study.study import load
+from pellet_study.study import history
+from pellet_study.study.load import load
 
 EXAMPLE = """\
 Writes compare.txt and compare.json into STUDY, which `report` shows.
@@ -34,7 +35,7 @@ def run(arguments: argparse.Namespace) -> dict:
     page = pages.comparison_page(study, found)
     say(page)
     warn([*found.warnings, *interpolation], noted=found.warnings)
-    answers.leave(arguments.study, "compare", page, answer)
+    history.leave(arguments.study, "compare", page, answer)
     if arguments.figures:
         from pellet_study import figures
         from pellet_study.output import style

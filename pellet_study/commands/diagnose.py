@@ -8,7 +8,8 @@ from pellet_study.compare import calibrate
 from pellet_study.diagnose import diagnose
 from pellet_study.levels import by_level
 from pellet_study.output.terminal import done, say, warn, working
-from pellet_study.study import load
+from pellet_study.study import history
+from pellet_study.study.load import load
 
 EXAMPLE = """\
 Writes diagnose.txt and diagnose.json into STUDY, which `report` shows; study.toml stays as it is.
@@ -35,7 +36,7 @@ def run(arguments: argparse.Namespace) -> dict:
     answer = {**answers.diagnosis(found), "by_level": by_level(state, found)}
     say(page)
     warn(found.warnings, noted=found.warnings)
-    answers.leave(arguments.study, "diagnose", page, answer)
+    history.leave(arguments.study, "diagnose", page, answer)
     if arguments.figures:
         from pellet_study import figures
         from pellet_study.output import style

@@ -8,7 +8,9 @@ from pellet_study.compare import compare
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say, warn, working
 from pellet_study.output.words import nearest
-from pellet_study.study import erase_effect, load
+from pellet_study.study import history
+from pellet_study.study.edit import erase_effect
+from pellet_study.study.load import load
 
 EXAMPLE = """\
 Takes the effect out of [effects] of study.toml; writes compare.txt and compare.json, and a step of the history.
@@ -36,10 +38,10 @@ def run(arguments: argparse.Namespace) -> dict:
         smaller = load(arguments.study)
         after = compare(smaller, level_out=True)
     steps = [answers.comparison(before), answers.comparison(after)]
-    answers.record(arguments.study, steps)
+    history.record(arguments.study, steps)
     page = pages.folded([pages.comparison_page(smaller, after), "", *pages.ladder(steps)])
     say(page)
     warn(after.warnings, noted=after.warnings)
-    answers.leave(arguments.study, "compare", page, steps[1])
+    history.leave(arguments.study, "compare", page, steps[1])
     done(arguments.study / "compare.txt", f"{'report' if after.fits else 'diagnose'} {arguments.study}")
     return {**steps[1], "before": steps[0]}

@@ -3,10 +3,11 @@
 import argparse
 from pathlib import Path
 
-from pellet_study import answers, pages
+from pellet_study import pages
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say
-from pellet_study.study import load
+from pellet_study.study import history
+from pellet_study.study.load import load
 
 EXAMPLE = """\
 The steps that add, drop and refine left in STUDY; draws figures/ladder.png.
@@ -25,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict:
     """Print the ladder and draw it."""
     study = load(arguments.study)
-    steps = answers.read_history(arguments.study)
+    steps = history.read_history(arguments.study)
     if not steps:
         raise InputError(f"{arguments.study}: nothing was done yet; run add, drop or refine first")
     say(pages.folded([study.title, "", *pages.ladder(steps)]))

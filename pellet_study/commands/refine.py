@@ -7,7 +7,9 @@ from pellet_study import answers, pages
 from pellet_study.levels import by_level
 from pellet_study.output.terminal import done, say, warn, working
 from pellet_study.refine import refine
-from pellet_study.study import load, write_effect
+from pellet_study.study import history
+from pellet_study.study.edit import write_effect
+from pellet_study.study.load import load
 
 EXAMPLE = """\
 Writes what it adds into study.toml; refine.txt, refine.json, compare.json and the history into STUDY.
@@ -34,11 +36,11 @@ def run(arguments: argparse.Namespace) -> dict:
     for name in found.added:
         write_effect(file, name, found.study.effects[name])
     answer["diagnoses"][0]["by_level"] = by_level(found.first, found.diagnoses[0])
-    answers.record(arguments.study, answer["steps"])
+    history.record(arguments.study, answer["steps"])
     page = pages.refinement_page(study, found, answer["steps"])
     say(page)
     warn([*answer["warnings"], *interpolation], noted=answer["warnings"])
-    answers.leave(arguments.study, "refine", page, answer)
-    answers.leave(arguments.study, "compare", pages.comparison_page(found.study, found.steps[-1]), answer["steps"][-1])
+    history.leave(arguments.study, "refine", page, answer)
+    history.leave(arguments.study, "compare", pages.comparison_page(found.study, found.steps[-1]), answer["steps"][-1])
     done(arguments.study / "refine.txt", f"report {arguments.study}")
     return answer

@@ -1,23 +1,17 @@
-"""A study folder: study.toml, its measurements, and effects and rigs of the user's own."""
+"""A study folder read and checked: study.toml, its measurements, and effects and rigs of the user's own."""
 
-import fcntl
-import logging
 import math
-import os
-import re
 import tomllib
-from collections.abc import Iterable, Iterator, Mapping
-from contextlib import contextmanager
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 
-from pellet_study import own
 from pellet_study.errors import InputError
-from pellet_study.measurements import Measurement, read
 from pellet_study.output.words import nearest
-from pellet_study.rigs.catalogue import Catalogue, Effect
+from pellet_study.rigs.catalogue import Catalogue
+from pellet_study.study import user_code
+from pellet_study.study.measurements import read
+from pellet_study.study.study import SCALINGS, Setting, Study, check, settings
 
-log = logging.getLogger(__name__)
 KEYS = (
     "title",
     "measurements",
@@ -32,80 +26,6 @@ KEYS = (
 LARGEST = 1_000_000  # bytes
 CONTACT_LAWS = ("hertz_mindlin", "cohesive_frictional")
 EFFORT = (0.5, 100.0)  # simulations of the rigs on YADE, as a multiple of the least that answers
-SCALINGS = {"bond_number": 2.0, "none": 0.0}  # exponent of the amplification in the surface energy
-BELONGS_TO = {
-    "powder_rolling_friction": "rolling_resistance",
-    "powder_steel_rolling_friction": "rolling_resistance",
-    "powder_surface_energy": "cohesion",
-}  # parameters that mean nothing without their effect, in the rigs that have that effect
-
-
-@dataclass(frozen=True)
-class Setting:
-    """A parameter's value; free to be calibrated between `low` and `high` unless these are None."""
-
-    value: float
-    low: float | None = None
-    high: float | None = None
-
-    @property
-    def free(self) -> bool:
-        """Whether calibration may change it."""
-        return self.low is not None
-
-
-@dataclass(frozen=True)
-class Study:
-    """Everything a study's files say, checked.
-
-    `parameters` holds those named in [parameters]; `effects` those present, each with a Setting for every parameter;
-    `candidates` is None where any effect that acts in the rigs may be considered; `possible` maps a rig to
-    {condition: (min, max)} of what could be measured next; `effort` multiplies the number of simulations.
-    """
-
-    title: str
-    rows: tuple[Measurement, ...]
-    parameters: Mapping[str, Setting]
-    effects: Mapping[str, Mapping[str, Setting]]
-    catalogue: Catalogue
-    candidates: tuple[str, ...] | None = None
-    possible: Mapping[str, Mapping[str, tuple[float, float]]] | None = None
-    contact_law: str | None = None
-    surface_energy_scaling: str = "bond_number"
-    effort: float = 1.0
-    folder: Path | None = None
-
-    @property
-    def rigs(self) -> tuple[str, ...]:
-        """Rigs that have rows, in the order of the file."""
-        return tuple(dict.fromkeys(row.rig for row in self.rows))
-
-    def acting(self) -> list[str]:
-        """Effects that act in the rigs used."""
-        return list(dict.fromkeys(e for rig in self.rigs for e in self.catalogue.acting(rig)))
-
-    def absent(self) -> list[str]:
-        """Effects that diagnose may consider: not present, acting in a rig used, and listed if there is a list."""
-        names = self.acting() if self.candidates is None else self.candidates
-        return [name for name in names if name not in self.effects]
-
-    def with_effect(self, name: str, values: Mapping[str, float] | None = None) -> "Study":
-        """The same study with an effect present, its parameters free within their physical range."""
-        return replace(self, effects={**self.effects, name: settings(self.catalogue.effect(name), values or {})})
-
-    def without_effect(self, name: str) -> "Study":
-        """The same study without an effect."""
-        return replace(self, effects={k: v for k, v in self.effects.items() if k != name})
-
-
-def settings(effect: Effect, values: Mapping[str, float]) -> dict[str, Setting]:
-    """Free settings of all parameters of an effect, from given starting values."""
-    found = {}
-    for name, quantity in effect.parameters.items():
-        low, high = quantity.get("physical", (quantity["min"], quantity["max"]))
-        value = values.get(name, quantity.get("default", 0.5 * (low + high) if effect.sides == 1 else 0.5 * high))
-        found[name] = Setting(min(max(float(value), low), high), float(low), float(high))
-    return found
 
 
 def load(folder: Path) -> Study:
@@ -121,7 +41,7 @@ def load(folder: Path) -> Study:
     for key in given:
         if key not in KEYS:
             raise InputError(f"{file}: {key!r} is unknown{nearest(key, KEYS)}")
-    everything = own.of_study(folder)
+    everything = user_code.of_study(folder)
     rows = read(_inside(folder, file, _text(file, given, "measurements", "measurements.csv")), everything)
     possible = _possible(file, _table(file, given, "possible"), everything)
     catalogue = everything.within(list(dict.fromkeys([*(row.rig for row in rows), *possible])))
@@ -140,7 +60,7 @@ def load(folder: Path) -> Study:
         folder=folder,
     )
     check(study, f"{file}: ")
-    own.try_out(catalogue, rows, {name: setting.value for name, setting in study.parameters.items()})
+    user_code.try_out(catalogue, rows, {name: setting.value for name, setting in study.parameters.items()})
     return study
 
 
@@ -158,26 +78,6 @@ def _toml_in(file: Path) -> dict:
         raise InputError(f"{file}: no valid TOML: {error}") from None
     except (OSError, ValueError) as error:
         raise InputError(f"{file}: cannot be read: {error}") from None
-
-
-def check(study: Study, where: str = "") -> None:
-    """Refuse what no answer can come from: effects that act nowhere, parameters without their effect.
-
-    Raises
-    ------
-    InputError : says which
-    """
-    acting = study.acting()
-    for kind, names in (("effects", study.effects), ("candidates", study.candidates or ())):
-        for name in names:
-            if name not in acting:
-                raise InputError(
-                    f"{where}{kind}: {name} acts in none of the rigs used ({', '.join(study.rigs)}); it acts in "
-                    f"{', '.join(study.catalogue.effects[name].rigs)}. Acting here: {', '.join(acting) or 'no effect'}"
-                )
-    for name, owner in BELONGS_TO.items():
-        if name in study.parameters and owner not in study.effects:
-            raise InputError(f"{where}parameters: {name} belongs to the effect {owner}; list {owner} in [effects] too")
 
 
 def _inside(folder: Path, file: Path, name: str) -> Path:
@@ -312,77 +212,3 @@ def _possible(file: Path, given: dict, catalogue: Catalogue) -> dict[str, dict[s
             if rig.conditions[condition].get("positive") and found[name][condition][0] <= 0:
                 raise InputError(f"{where}: expected more than 0")
     return found
-
-
-@contextmanager
-def alone(folder: Path) -> Iterator[None]:
-    """Hold a study while its study.toml and history are edited; a second command that edits them waits."""
-    if not folder.is_dir():
-        yield
-        return
-    descriptor = os.open(folder, os.O_RDONLY)
-    try:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            log.info("waiting for another command that edits %s", folder)
-            fcntl.flock(descriptor, fcntl.LOCK_EX)
-        yield
-    finally:
-        os.close(descriptor)
-
-
-def write_effect(file: Path, name: str, values: Mapping[str, Setting]) -> None:
-    """Put an effect into study.toml, the other lines as they are."""
-    inner = ", ".join(f"{key} = {_toml(setting)}" for key, setting in values.items())
-    lines = _without(file, name)
-    entry = f"{name} = {{ {inner} }}"
-    header = next((k for k, line in enumerate(lines) if re.match(r"\s*\[\s*effects\s*\]", line)), None)
-    if header is None:
-        first_sub = next((k for k, line in enumerate(lines) if re.match(r"\s*\[\s*effects\s*\.", line)), None)
-        if first_sub is None:
-            lines += ([""] if lines and lines[-1].strip() else []) + ["[effects]", entry]
-        else:
-            lines[first_sub:first_sub] = ["[effects]", entry, ""]
-    else:
-        lines.insert(header + 1, entry)
-    _replace(file, lines, lambda present: name in present)
-
-
-def erase_effect(file: Path, name: str) -> None:
-    """Take an effect out of study.toml, the other lines as they are."""
-    _replace(file, _without(file, name), lambda present: name not in present)
-
-
-def _without(file: Path, name: str) -> list[str]:
-    """The lines of study.toml less those that make an effect present."""
-    kept, section, dropping = [], "", False
-    for line in file.read_text(encoding="utf-8").splitlines():
-        header = re.match(r"\s*\[\s*([^\]]+?)\s*\]", line)
-        if header:
-            section = header.group(1).replace(" ", "")
-            dropping = section == f"effects.{name}"
-        own = section == "effects" and re.match(rf"\s*{re.escape(name)}\s*[.=]", line)
-        if not dropping and not own:
-            kept.append(line)
-    return kept
-
-
-def _toml(setting: Setting) -> str:
-    if not setting.free:
-        return repr(float(setting.value))
-    return f"{{ value = {float(f'{setting.value:.6g}')!r}, min = {setting.low!r}, max = {setting.high!r} }}"
-
-
-def _replace(file: Path, lines: list[str], right) -> None:
-    """Write study.toml anew, whole or not at all, after checking that it says what it should."""
-    text = "\n".join(lines) + "\n"
-    try:
-        fine = right(tomllib.loads(text).get("effects", {}))
-    except tomllib.TOMLDecodeError:
-        fine = False
-    if not fine:
-        raise InputError(f"{file}: [effects] is written in a way that cannot be edited here; edit it by hand")
-    temporary = file.with_suffix(".toml.new")
-    temporary.write_text(text, encoding="utf-8")
-    temporary.replace(file)

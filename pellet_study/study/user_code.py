@@ -13,7 +13,6 @@ from pathlib import Path
 import numpy as np
 
 from pellet_study.errors import InputError, StudyError
-from pellet_study.measurements import Measurement
 from pellet_study.output.words import nearest
 from pellet_study.rigs import on_yade
 from pellet_study.rigs.catalogue import (
@@ -26,6 +25,7 @@ from pellet_study.rigs.catalogue import (
     rig_from,
     standard,
 )
+from pellet_study.study.measurements import Measurement
 
 INERT = 1e-6  # relative change of a prediction by an effect at `absent`: what a rig's solver leaves
 log = logging.getLogger(__name__)

@@ -1,0 +1,104 @@
+"""What a study is: its rows, its parameters and effects, fixed or free, and what it may consider."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from pathlib import Path
+
+from pellet_study.errors import InputError
+from pellet_study.rigs.catalogue import Catalogue, Effect
+from pellet_study.study.measurements import Measurement
+
+SCALINGS = {"bond_number": 2.0, "none": 0.0}  # exponent of the amplification in the surface energy
+BELONGS_TO = {
+    "powder_rolling_friction": "rolling_resistance",
+    "powder_steel_rolling_friction": "rolling_resistance",
+    "powder_surface_energy": "cohesion",
+}  # parameters that mean nothing without their effect, in the rigs that have that effect
+
+
+@dataclass(frozen=True)
+class Setting:
+    """A parameter's value; free to be calibrated between `low` and `high` unless these are None."""
+
+    value: float
+    low: float | None = None
+    high: float | None = None
+
+    @property
+    def free(self) -> bool:
+        """Whether calibration may change it."""
+        return self.low is not None
+
+
+@dataclass(frozen=True)
+class Study:
+    """Everything a study's files say, checked.
+
+    `parameters` holds those named in [parameters]; `effects` those present, each with a Setting for every parameter;
+    `candidates` is None where any effect that acts in the rigs may be considered; `possible` maps a rig to
+    {condition: (min, max)} of what could be measured next; `effort` multiplies the number of simulations.
+    """
+
+    title: str
+    rows: tuple[Measurement, ...]
+    parameters: Mapping[str, Setting]
+    effects: Mapping[str, Mapping[str, Setting]]
+    catalogue: Catalogue
+    candidates: tuple[str, ...] | None = None
+    possible: Mapping[str, Mapping[str, tuple[float, float]]] | None = None
+    contact_law: str | None = None
+    surface_energy_scaling: str = "bond_number"
+    effort: float = 1.0
+    folder: Path | None = None
+
+    @property
+    def rigs(self) -> tuple[str, ...]:
+        """Rigs that have rows, in the order of the file."""
+        return tuple(dict.fromkeys(row.rig for row in self.rows))
+
+    def acting(self) -> list[str]:
+        """Effects that act in the rigs used."""
+        return list(dict.fromkeys(e for rig in self.rigs for e in self.catalogue.acting(rig)))
+
+    def absent(self) -> list[str]:
+        """Effects that diagnose may consider: not present, acting in a rig used, and listed if there is a list."""
+        names = self.acting() if self.candidates is None else self.candidates
+        return [name for name in names if name not in self.effects]
+
+    def with_effect(self, name: str, values: Mapping[str, float] | None = None) -> "Study":
+        """The same study with an effect present, its parameters free within their physical range."""
+        return replace(self, effects={**self.effects, name: settings(self.catalogue.effect(name), values or {})})
+
+    def without_effect(self, name: str) -> "Study":
+        """The same study without an effect."""
+        return replace(self, effects={k: v for k, v in self.effects.items() if k != name})
+
+
+def settings(effect: Effect, values: Mapping[str, float]) -> dict[str, Setting]:
+    """Free settings of all parameters of an effect, from given starting values."""
+    found = {}
+    for name, quantity in effect.parameters.items():
+        low, high = quantity.get("physical", (quantity["min"], quantity["max"]))
+        value = values.get(name, quantity.get("default", 0.5 * (low + high) if effect.sides == 1 else 0.5 * high))
+        found[name] = Setting(min(max(float(value), low), high), float(low), float(high))
+    return found
+
+
+def check(study: Study, where: str = "") -> None:
+    """Refuse what no answer can come from: effects that act nowhere, parameters without their effect.
+
+    Raises
+    ------
+    InputError : says which
+    """
+    acting = study.acting()
+    for kind, names in (("effects", study.effects), ("candidates", study.candidates or ())):
+        for name in names:
+            if name not in acting:
+                raise InputError(
+                    f"{where}{kind}: {name} acts in none of the rigs used ({', '.join(study.rigs)}); it acts in "
+                    f"{', '.join(study.catalogue.effects[name].rigs)}. Acting here: {', '.join(acting) or 'no effect'}"
+                )
+    for name, owner in BELONGS_TO.items():
+        if name in study.parameters and owner not in study.effects:
+            raise InputError(f"{where}parameters: {name} belongs to the effect {owner}; list {owner} in [effects] too")
