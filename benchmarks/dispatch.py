@@ -19,8 +19,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from pellet_study import dispatch, yade
 from pellet_study.rigs import on_yade
+from pellet_study.simulate import dispatch, yade
 
 
 def ours(cases: list[dict], store: Path) -> tuple[float, pd.DataFrame]:

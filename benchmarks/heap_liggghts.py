@@ -26,8 +26,8 @@ import numpy as np
 import pandas as pd
 from repose_checks import MIDDLE
 
-from pellet_study import yade
 from pellet_study.rigs import on_yade
+from pellet_study.simulate import yade
 from yade_scripts import contacts, heap, powder_scene, repose
 
 FRICTIONAL, COHESIVE = 0.0, 0.2  # J/m2

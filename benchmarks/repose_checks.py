@@ -14,9 +14,9 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pellet_study import dispatch
 from pellet_study.rigs import on_yade
-from pellet_study.store import Store, key
+from pellet_study.simulate import dispatch
+from pellet_study.simulate.store import Store, key
 from yade_scripts import contacts, powder_scene
 
 FOLDER = Path(__file__).resolve().parent.parent / "results" / "checks"

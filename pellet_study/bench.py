@@ -11,9 +11,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pellet_study import dispatch, quadratic
+from pellet_study import quadratic
 from pellet_study.errors import InputError, SimulationError
 from pellet_study.rigs import on_yade
+from pellet_study.simulate import dispatch
 from yade_scripts.particles import ORIENTATIONS_PER_BLOCK
 
 

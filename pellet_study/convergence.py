@@ -7,9 +7,10 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pellet_study import bench, dispatch
+from pellet_study import bench
 from pellet_study.paper import printed as paper
 from pellet_study.rigs import on_yade
+from pellet_study.simulate import dispatch
 from yade_scripts import contacts
 from yade_scripts.particles import alfalfa_seed
 

@@ -17,7 +17,6 @@ import numpy as np
 import pandas as pd
 from scipy.special import stdtrit
 
-from pellet_study import dispatch
 from pellet_study.doe import box_behnken, optimum, plackett_burman, validation
 from pellet_study.doe.answers import plain
 from pellet_study.doe.design_table import DesignTable, code_design
@@ -26,6 +25,7 @@ from pellet_study.errors import InputError, SimulationError
 from pellet_study.paper import printed as paper
 from pellet_study.powder_plan import DEFAULT_LAW, OBSERVABLE, RIG, SYMBOLS, Plan, bond, differences
 from pellet_study.rigs import on_yade
+from pellet_study.simulate import dispatch
 
 ANGLE = "repose angle"
 STAGES = ("screening", "climb", "surface", "optimum", "validation")

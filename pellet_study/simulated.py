@@ -17,8 +17,6 @@ from pathlib import Path
 
 import numpy as np
 
-from pellet_study import dispatch, yade
-from pellet_study.campaign import TOOK_LONGER
 from pellet_study.engine import Request
 from pellet_study.errors import SimulationError
 from pellet_study.response import (
@@ -35,6 +33,8 @@ from pellet_study.response import (
     spread,
 )
 from pellet_study.rigs import on_yade
+from pellet_study.simulate import dispatch, yade
+from pellet_study.simulate.local import TOOK_LONGER
 from pellet_study.study.study import SCALINGS, Study
 
 BASE = 2.4  # points a term of the base surface

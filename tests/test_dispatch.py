@@ -10,9 +10,9 @@ from pathlib import Path
 import pandas as pd
 import pytest
 
-from pellet_study import campaign, dispatch, yade
 from pellet_study.errors import InputError, SimulationError
 from pellet_study.rigs import on_yade
+from pellet_study.simulate import dispatch, local, yade
 from tests.listening import listening
 
 FAULTS = Path(__file__).parent / "fault_rigs"
@@ -55,7 +55,7 @@ def test_a_relative_store_is_found_by_the_processes(tmp_path, monkeypatch):
 def test_stored_cases_start_no_yade(tmp_path, monkeypatch):
     cases = [faulty(seed) for seed in range(4)]
     first = dispatch.run(cases, tmp_path)
-    monkeypatch.setattr(campaign.subprocess, "Popen", lambda *a, **k: pytest.fail("a stored case was simulated again"))
+    monkeypatch.setattr(local.subprocess, "Popen", lambda *a, **k: pytest.fail("a stored case was simulated again"))
     pd.testing.assert_frame_equal(first, dispatch.run(cases, tmp_path))
 
 
@@ -79,7 +79,7 @@ def test_a_failing_case_is_recorded_and_its_neighbours_are_not_lost(tmp_path):
 def test_failures_are_answers_and_not_tried_again(tmp_path, monkeypatch):
     cases = [faulty(0, ABORT), faulty(1)]
     first = dispatch.run(cases, tmp_path)
-    monkeypatch.setattr(campaign.subprocess, "Popen", lambda *a, **k: pytest.fail("a recorded failure was tried again"))
+    monkeypatch.setattr(local.subprocess, "Popen", lambda *a, **k: pytest.fail("a recorded failure was tried again"))
     pd.testing.assert_frame_equal(first, dispatch.run(cases, tmp_path))
 
 

@@ -13,9 +13,9 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 from scipy.spatial import ConvexHull
 
-from pellet_study import dispatch
 from pellet_study.errors import InputError
 from pellet_study.rigs import catalogue, on_yade
+from pellet_study.simulate import dispatch
 from yade_scripts import contacts, particles
 from yade_scripts.seed_scene import GRAVITY
 

@@ -7,13 +7,14 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study import dispatch, powder_chain, powder_plan, yade
+from pellet_study import powder_chain, powder_plan
 from pellet_study.__main__ import main
 from pellet_study.doe import box_behnken, plackett_burman
 from pellet_study.doe.factors import Factor
 from pellet_study.powder_chain import table_of
 from pellet_study.powder_plan import SYMBOLS
 from pellet_study.rigs import on_yade
+from pellet_study.simulate import dispatch, yade
 from pellet_study.study import load
 
 FULL = Path(__file__).parent.parent / "results" / "full"

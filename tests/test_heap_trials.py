@@ -7,11 +7,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study import dispatch, yade
 from pellet_study.challenge import bench_tables, sealed
 from pellet_study.challenge.heaps import HEAPS
 from pellet_study.model import Model
 from pellet_study.rigs import on_yade
+from pellet_study.simulate import dispatch, yade
 from pellet_study.simulated import Simulated
 from pellet_study.study.load import load
 

@@ -7,8 +7,8 @@ import subprocess
 import pandas as pd
 import pytest
 
-from pellet_study import dispatch, law_checks, yade
 from pellet_study.rigs import on_yade
+from pellet_study.simulate import dispatch, law_checks, yade
 from yade_scripts import contacts
 from yade_scripts.checks import sphere_scene
 

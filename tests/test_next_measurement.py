@@ -6,12 +6,12 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study import dispatch
 from pellet_study.calibrate import fit_many
 from pellet_study.compare import calibrate, covariance, unit_of_chi2
 from pellet_study.diagnose import TIE, Rival, _tied, rival_problem
 from pellet_study.model import Case, Model
 from pellet_study.next_measurement import nearest, next_measurement, predicted
+from pellet_study.simulate import dispatch
 from pellet_study.study.load import load
 
 LENGTHS = (1.5, 1.8, 2.2, 2.6, 3.0)

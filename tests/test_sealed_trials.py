@@ -10,10 +10,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study import dispatch, yade
 from pellet_study.challenge import sealed
 from pellet_study.challenge.bench import BENCH
 from pellet_study.challenge.demonstration import Demonstration
+from pellet_study.simulate import dispatch, yade
 from pellet_study.study.load import load
 
 PLACES = sorted((Path(__file__).resolve().parents[1] / "results" / "hidden_effect").glob("sealed/[0-9]*"))

@@ -8,7 +8,6 @@ import pandas as pd
 import pytest
 
 from pellet_study import response, simulated
-from pellet_study.campaign import TOOK_LONGER
 from pellet_study.challenge.bench import BENCH
 from pellet_study.compare import calibrate
 from pellet_study.diagnose import diagnose
@@ -17,6 +16,7 @@ from pellet_study.errors import SimulationError
 from pellet_study.model import Model
 from pellet_study.refine import refine
 from pellet_study.rigs import on_yade
+from pellet_study.simulate.local import TOOK_LONGER
 from pellet_study.simulated import Simulated
 from pellet_study.study.edit import write_effect
 from pellet_study.study.load import load

@@ -15,7 +15,6 @@ from pathlib import Path
 
 import numpy as np
 
-from pellet_study import dispatch
 from pellet_study.challenge.bench import outside
 from pellet_study.challenge.demonstration import Demonstration
 from pellet_study.challenge.predictions import Stored, described
@@ -24,6 +23,7 @@ from pellet_study.errors import SimulationError
 from pellet_study.model import Model
 from pellet_study.refine import Refinement, refine
 from pellet_study.rigs import on_yade
+from pellet_study.simulate import dispatch
 from pellet_study.study.load import load
 
 STRENGTHS = (6.0, 8.0, 10.0, 13.0)

@@ -27,7 +27,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> dict:
     """Report; write the full tables where asked."""
-    from pellet_study import __version__, dispatch, law_checks, yade
+    from pellet_study import __version__
+    from pellet_study.simulate import dispatch, law_checks, yade
 
     answer = {"pellet_study": __version__, "python": platform.python_version(), "yade": None, "version": None}
     answer["packages"] = {name: importlib.metadata.version(name) for name in PACKAGES}
@@ -61,7 +62,7 @@ def run(arguments: argparse.Namespace) -> dict:
 
 
 def _law_checks(store: Path, quick: bool):
-    from pellet_study import dispatch, law_checks
+    from pellet_study.simulate import dispatch, law_checks
 
     return law_checks.table(dispatch.run(law_checks.cases(quick=quick), store))
 

@@ -73,8 +73,9 @@ def simulating(folder: Path) -> list[int]:
 
 def main(store: str, table: str, number: str, pause: str = "", fault: str = "0") -> None:
     """The campaign."""
-    from pellet_study import bench_report, dispatch
+    from pellet_study import bench_report
     from pellet_study.rigs import on_yade
+    from pellet_study.simulate import dispatch
 
     if pause:
         on_yade.FOLDERS.append(FAULT_RIGS)

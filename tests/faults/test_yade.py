@@ -6,9 +6,9 @@ from pathlib import Path
 
 import pytest
 
-from pellet_study import campaign, dispatch, yade
 from pellet_study.errors import SimulationError
 from pellet_study.rigs import on_yade
+from pellet_study.simulate import dispatch, local, yade
 from tests.faults.driver import FAULT_RIGS, command, paragraph, rows, simulating, wait_until
 
 NONE, BAD_ADDRESS, KILLED, KILLED_ONCE, MEMORY, FULL_DISK, HANG_OUTSIDE = 0, 10, 11, 12, 13, 14, 15
@@ -127,7 +127,7 @@ def test_a_system_that_fails_a_case_stops_the_campaign_and_is_no_outcome(tmp_pat
 
 
 def test_the_time_limit_is_the_rigs_unless_one_is_given(monkeypatch):
-    one = campaign._Campaign.__new__(campaign._Campaign)
+    one = local._Campaign.__new__(local._Campaign)
     one.rigs = {name: on_yade.rig(name) for name in ("rebound", "inclined_roll")}
     one.limit_s = None
     assert [one._limit_s({"rig": name}) for name in one.rigs] == [60.0, 120.0]

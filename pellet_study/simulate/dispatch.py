@@ -7,15 +7,15 @@ from pathlib import Path
 
 import pandas as pd
 
-from pellet_study import campaign, yade
 from pellet_study.errors import InputError, SimulationError
 from pellet_study.rigs import on_yade
-from pellet_study.store import Store, key
+from pellet_study.simulate import local, yade
+from pellet_study.simulate.store import Store, key
 
 SCHEDULER, TIME_LIMIT = "PELLET_STUDY_SCHEDULER", "PELLET_STUDY_TIME_LIMIT_S"
-LIMIT_IN_STATUS = re.compile(re.escape(campaign.TOOK_LONGER) + r" ([\d.e+]+) s")
+LIMIT_IN_STATUS = re.compile(re.escape(local.TOOK_LONGER) + r" ([\d.e+]+) s")
 
-cores = campaign.cores
+cores = local.cores
 
 
 def run(
@@ -60,11 +60,11 @@ def run(
         if missing:
             yade.refuse_old()
             if scheduler:
-                from pellet_study import cluster
+                from pellet_study.simulate import cluster
 
                 cluster.run(list(missing.values()), opened, scheduler, quiet=quiet, time_limit_s=limit)
             else:
-                campaign.run(list(missing.values()), opened, workers or cores(), quiet=quiet, time_limit_s=limit)
+                local.run(list(missing.values()), opened, workers or cores(), quiet=quiet, time_limit_s=limit)
             known = {name: opened.rows(on_yade.rig(name)) for name in names}
     lost = [case["id"] for case in keyed if case["id"] not in known[case["rig"]].index]
     if lost:

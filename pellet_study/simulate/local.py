@@ -15,10 +15,10 @@ import time
 from collections.abc import Sequence
 from pathlib import Path
 
-from pellet_study import yade
 from pellet_study.errors import SimulationError
 from pellet_study.rigs import on_yade
-from pellet_study.store import Store
+from pellet_study.simulate import yade
+from pellet_study.simulate.store import Store
 from yade_scripts.case import CANNOT_GO_ON, CLAIM_BYTES, NO_MEMORY, Table, flat, one_line
 
 POLL_S = 0.05

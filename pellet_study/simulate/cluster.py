@@ -14,10 +14,10 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import pellet_study
-from pellet_study import campaign, yade
 from pellet_study.errors import InputError, SimulationError, StudyError
 from pellet_study.rigs import on_yade
-from pellet_study.store import Store
+from pellet_study.simulate import local, yade
+from pellet_study.simulate.store import Store
 from yade_scripts.case import Table, unsealed
 
 try:
@@ -70,7 +70,7 @@ def unfit(expected: dict[str, str], names: Sequence[str], own: dict) -> str | No
 def chunk(cases: list[dict], time_limit_s: float | None) -> dict[str, bytes]:
     """Runs on a worker: the cases' lines by rig, as they stand in a store."""
     with tempfile.TemporaryDirectory(prefix="pellet-study-") as folder, Store(Path(folder)) as store:
-        campaign.run(cases, store, 1, quiet=True, time_limit_s=time_limit_s)
+        local.run(cases, store, 1, quiet=True, time_limit_s=time_limit_s)
         tables = {name: store.table(on_yade.rig(name)) for name in {case["rig"] for case in cases}}
         return {name: table.read_bytes() for name, table in tables.items()}
 

@@ -11,9 +11,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from pellet_study import yade
 from pellet_study.errors import InputError
 from pellet_study.rigs import on_yade
+from pellet_study.simulate import yade
 from yade_scripts import case as case_file
 
 READ_AS_TEXT = {"id": str, "status": str, "contact_law": str}
