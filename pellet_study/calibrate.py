@@ -13,7 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pellet_study.evidence import Evidence
-from pellet_study.model import Model
+from pellet_study.model.model import Model
 
 ROUNDS = 40
 SETTLED = 3e-4  # change of chi2, on a scale where 1 is one standard error squared

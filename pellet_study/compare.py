@@ -19,7 +19,7 @@ from pellet_study import evidence as readings
 from pellet_study.calibrate import Fit, fit, problem_of
 from pellet_study.errors import SimulationError
 from pellet_study.evidence import Evidence
-from pellet_study.model import Model, key, refuse_too_few
+from pellet_study.model.model import Model, key, refuse_too_few
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import Study
 

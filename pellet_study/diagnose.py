@@ -38,7 +38,7 @@ from pellet_study.compare import (
     unit_of_chi2,
     with_own_noise,
 )
-from pellet_study.model import Model
+from pellet_study.model.model import Model
 from pellet_study.next_measurement import FEW_LEVELS, NextMeasurement, next_measurement
 from pellet_study.study.study import Study
 

@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy import stats
 
-from pellet_study.model import Model, key
+from pellet_study.model.model import Model, key
 from pellet_study.study.measurements import Measurement
 
 WELL_KNOWN = 1000  # degrees of freedom given to a standard deviation that is stated without its readings

@@ -14,7 +14,8 @@ import numpy as np
 
 from pellet_study.calibrate import Fit
 from pellet_study.compare import Calibrated, covariance, reading_sd, unit_of_chi2
-from pellet_study.model import Case, ClosedForm, Model
+from pellet_study.model.closed_form import ClosedForm
+from pellet_study.model.model import Case, Model
 from pellet_study.study.study import Study
 
 LEVELS = 9  # per condition

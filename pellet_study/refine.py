@@ -15,7 +15,7 @@ from pellet_study.calibrate import fit_many, problem_of
 from pellet_study.compare import VISIBLE, Calibrated, Comparison, absorbed, calibrate, compare, unit_of_chi2
 from pellet_study.diagnose import GATE, GATE_AGAIN, TIE, Diagnosis, diagnose, refits, signatures
 from pellet_study.evidence import Evidence
-from pellet_study.model import Engine, Model
+from pellet_study.model.model import Engine, Model
 from pellet_study.next_measurement import dear
 from pellet_study.study.study import Study
 

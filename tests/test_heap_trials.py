@@ -9,10 +9,10 @@ import pytest
 
 from pellet_study.challenge import bench_tables, sealed
 from pellet_study.challenge.heaps import HEAPS
-from pellet_study.model import Model
+from pellet_study.model.model import Model
+from pellet_study.model.surrogate import Simulated
 from pellet_study.rigs import on_yade
 from pellet_study.simulate import dispatch, yade
-from pellet_study.simulated import Simulated
 from pellet_study.study.load import load
 
 RESULTS = Path(__file__).resolve().parents[1] / "results" / "hidden_heaps"

@@ -5,7 +5,7 @@ import sys
 import pytest
 
 from pellet_study.errors import InputError
-from pellet_study.model import Model
+from pellet_study.model.model import Model
 from pellet_study.study.edit import erase_effect, write_effect
 from pellet_study.study.load import load
 from pellet_study.study.study import settings

@@ -20,7 +20,7 @@ from pellet_study.challenge.demonstration import Demonstration
 from pellet_study.challenge.predictions import Stored, described
 from pellet_study.compare import Comparison, calibrate, compare
 from pellet_study.errors import SimulationError
-from pellet_study.model import Model
+from pellet_study.model.model import Model
 from pellet_study.refine import Refinement, refine
 from pellet_study.rigs import on_yade
 from pellet_study.simulate import dispatch

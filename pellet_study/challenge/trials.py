@@ -14,9 +14,10 @@ from pellet_study.calibrate import fit, problem_of
 from pellet_study.challenge import twins
 from pellet_study.compare import calibrate, compare
 from pellet_study.diagnose import diagnose
-from pellet_study.engine import Request
 from pellet_study.evidence import Evidence
-from pellet_study.model import ClosedForm, Model
+from pellet_study.model.closed_form import ClosedForm
+from pellet_study.model.engine import Request
+from pellet_study.model.model import Model
 from pellet_study.refine import Refinement, refine
 from pellet_study.rigs.catalogue import Acting
 from pellet_study.study.study import Study

@@ -6,7 +6,7 @@ from pathlib import Path
 from pellet_study import answers, pages
 from pellet_study.compare import calibrate, compare
 from pellet_study.errors import InputError
-from pellet_study.model import Model
+from pellet_study.model.model import Model
 from pellet_study.output.terminal import done, say, warn, working
 from pellet_study.output.words import nearest
 from pellet_study.study import history

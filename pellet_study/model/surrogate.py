@@ -10,16 +10,16 @@ depends on the study's ranges only, not on the readings, and is stored: asked ag
 import csv
 import hashlib
 import json
-import zlib
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 
-from pellet_study.engine import Request
 from pellet_study.errors import SimulationError
-from pellet_study.response import (
+from pellet_study.model.engine import Request
+from pellet_study.model.means import COLUMNS
+from pellet_study.model.response_surface import (
     FLOOR,
     EffectRuns,
     Factor,
@@ -32,50 +32,25 @@ from pellet_study.response import (
     quadratic,
     spread,
 )
+from pellet_study.model.sites import (
+    BASE,
+    CHECK,
+    EFFECT,
+    EFFECT_SEEDS,
+    PAIRED_EFFECT,
+    SPARE,
+    Point,
+    Site,
+    _stream,
+    _stream_of,
+)
 from pellet_study.rigs import on_yade
 from pellet_study.simulate import dispatch, yade
 from pellet_study.simulate.local import TOOK_LONGER
 from pellet_study.study.study import SCALINGS, Study
 
-BASE = 2.4  # points a term of the base surface
-SPARE = 2  # points beyond its terms, at least: they tell the scatter
-EFFECT = {1: 5, 2: 8}  # points of an effect's surface, by the sides it may take
-PAIRED_EFFECT = 8  # in a paired rig
-EFFECT_SEEDS = 0.5  # share of a mean's seeds that they take
-STREAMS, CHECK = 400, 500  # numbers of the streams of seeds and places: of effects by their names; of checks
 BLOCKS = 2  # of seeds, of a direct simulation
 MOST_LOST = 0.5  # share of a case's simulations that may fail
-COLUMNS = ("key", "observable", "mean", "sd", "n", "lost", "reason")
-
-
-@dataclass(frozen=True)
-class Site:
-    """A case of a rig with everything that is not a factor fixed."""
-
-    rig: str
-    observable: str
-    conditions: tuple[tuple[str, float], ...]
-    fixed: tuple[tuple[str, float], ...]
-
-
-@dataclass(frozen=True)
-class Point:
-    """Simulations of a site at one place: values of the factors and of an effect, and their seeds."""
-
-    site: Site
-    factors: tuple[tuple[str, float], ...]
-    effect: tuple[str, tuple[tuple[str, float], ...]] | None
-    first_seed: int
-    seeds: int
-
-
-def _stream(site: Site, number: int = 0) -> int:
-    """A stream of seeds and places: by its number, in a paired rig also by the case."""
-    return number + 1000 * (zlib.crc32(repr(site).encode()) % 2**20 if on_yade.rig(site.rig).paired else 0)
-
-
-def _stream_of(site: Site, effect: str) -> int:
-    return _stream(site, 1 + zlib.crc32(effect.encode()) % STREAMS)
 
 
 class Simulated:

@@ -12,48 +12,11 @@ from pathlib import Path
 
 import numpy as np
 
-from pellet_study.engine import Engine, Request
 from pellet_study.errors import InputError
-from pellet_study.rigs.catalogue import Acting, Catalogue
+from pellet_study.model.closed_form import ClosedForm
+from pellet_study.model.engine import Engine, Request
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import Study
-
-
-@dataclass(frozen=True)
-class ClosedForm:
-    """Rigs that are formulas."""
-
-    catalogue: Catalogue
-    step: float = 1e-5
-    levels: int = 9
-    warnings: Sequence[str] = ()
-
-    def predict(self, requests: Sequence[Request]) -> list[tuple[np.ndarray, np.ndarray]]:
-        """Means, and variances of zero."""
-        return [(self._means(request), np.zeros(1)) for request in requests]
-
-    directly = predict
-
-    def _means(self, request: Request) -> np.ndarray:
-        """Means of a request; points with the same effects present are answered together, without the others."""
-        rig, effects = self.catalogue.rigs[request.rig], {e: self.catalogue.effects[e] for e in request.effects}
-        if not effects:
-            return rig.predict(request.parameters, request.conditions, {})[request.observable]
-        amounts = [
-            (request.effects[e][effect.amount], effect.neutral()[effect.amount]) for e, effect in effects.items()
-        ]
-        present = np.column_stack([(amount != absent)[:, 0] for amount, absent in amounts])
-        mean = np.empty((len(present), max(np.size(values) for values in request.conditions.values())))
-        for pattern in np.unique(present, axis=0):
-            mine = (present == pattern).all(axis=1)
-            acting = {
-                e: Acting(effect.closed_form[request.rig], {n: v[mine] for n, v in request.effects[e].items()})
-                for (e, effect), there in zip(effects.items(), pattern, strict=True)
-                if there
-            }
-            own = {n: v[mine] if np.ndim(v) == 2 else v for n, v in request.parameters.items()}
-            mean[mine] = rig.predict(own, request.conditions, acting)[request.observable]
-        return mean
 
 
 def engines_of(study: Study, rigs: Iterable[str]) -> dict[str, Engine]:
@@ -64,7 +27,7 @@ def engines_of(study: Study, rigs: Iterable[str]) -> dict[str, Engine]:
             found[rig] = closed
             continue
         if simulated is None:
-            from pellet_study.simulated import Simulated
+            from pellet_study.model.surrogate import Simulated
 
             simulated = Simulated(study, (study.folder or Path()) / ".store")
         found[rig] = simulated
