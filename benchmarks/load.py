@@ -73,7 +73,7 @@ def collect(size: int, folder: Path) -> np.ndarray:
 
 def diagnose(size: int, folder: Path) -> np.ndarray:
     """Seconds of `diagnose` with as many rows, half as many different cases, and 20 candidates."""
-    from pellet_study.diagnose import diagnose as find
+    from pellet_study.criticism.diagnose import diagnose as find
     from pellet_study.study.load import load
 
     (folder / "effects").mkdir()

@@ -10,12 +10,13 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 import pellet_study
-from pellet_study import figures, pictured, powder_chain, stages
+from pellet_study import pictured, powder_chain, stages
+from pellet_study.criticism import figures
+from pellet_study.criticism.text import fit_words
 from pellet_study.errors import InputError
 from pellet_study.output import style
 from pellet_study.output.style import label
 from pellet_study.output.words import number, probability
-from pellet_study.pages import fit_words
 from pellet_study.parts import picture, table
 from pellet_study.study import history
 from pellet_study.study.load import load

@@ -6,9 +6,11 @@ import numpy as np
 import pytest
 
 from pellet_study.challenge import trials, twins
-from pellet_study.compare import EXCESS, calibrate, compare, exceedance, largest_null, standardised
-from pellet_study.evidence import Evidence, pooled_sd
-from pellet_study.pages import comparison_page
+from pellet_study.criticism.calibration import EXCESS, calibrate
+from pellet_study.criticism.cell_means import Evidence, pooled_sd
+from pellet_study.criticism.compare import compare
+from pellet_study.criticism.score_tests import exceedance, largest_null, standardised
+from pellet_study.criticism.text import comparison_page
 from pellet_study.rigs import catalogue
 from pellet_study.rigs.closed_form import layer_on_incline
 from pellet_study.study.load import load

@@ -5,10 +5,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from pellet_study.calibrate import fit_many
 from pellet_study.challenge import trials, twins
-from pellet_study.compare import calibrate, drifts
-from pellet_study.diagnose import LEFT_DRIFT, columns_of, diagnose, judge, rival_problem
+from pellet_study.criticism.calibration import calibrate
+from pellet_study.criticism.diagnose import diagnose
+from pellet_study.criticism.least_squares import fit_many
+from pellet_study.criticism.rivals import LEFT_DRIFT, judge, rival_problem
+from pellet_study.criticism.score_tests import drifts
+from pellet_study.criticism.signatures import columns_of
 from pellet_study.study.load import load
 from pellet_study.study.measurements import Measurement
 from tests.make_study import STRESSES_PA, command, folder, incline, slip_angle_deg

@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from pellet_study import figures, render
+from pellet_study import render
+from pellet_study.criticism import figures
 from pellet_study.errors import InputError
 from pellet_study.output import style
 from pellet_study.paper.results import drawn

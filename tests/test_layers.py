@@ -41,7 +41,6 @@ ROOMS = {
 }
 ORDER = re.compile(r"(< )?[\w/]+(( <|,) [\w/]+)*")  # a line of an order: names parted by `<` or commas
 LOOSE = {
-    "criticism": ["evidence", "calibrate", "compare", "next_measurement", "diagnose", "levels", "refine", "pages", "answers", "figures"],
     "heap": ["photograph", "render", "angle_report"],
     "bench": ["quadratic", "bench", "convergence", "bench_figure", "bench_report"],
     "powder": ["powder_plan", "powder_chain", "powder_path", "powder/figures", "powder_report"],

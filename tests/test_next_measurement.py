@@ -6,11 +6,11 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study.calibrate import fit_many
-from pellet_study.compare import calibrate, covariance, unit_of_chi2
-from pellet_study.diagnose import TIE, Rival, _tied, rival_problem
+from pellet_study.criticism.calibration import calibrate, covariance, unit_of_chi2
+from pellet_study.criticism.least_squares import fit_many
+from pellet_study.criticism.next_measurement import nearest, next_measurement, predicted
+from pellet_study.criticism.rivals import TIE, Rival, _tied, rival_problem
 from pellet_study.model.model import Case, Model
-from pellet_study.next_measurement import nearest, next_measurement, predicted
 from pellet_study.simulate import dispatch
 from pellet_study.study.load import load
 

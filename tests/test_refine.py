@@ -6,8 +6,8 @@ from shutil import copytree
 import pytest
 
 from pellet_study.challenge import trials, twins
-from pellet_study.compare import calibrate
-from pellet_study.refine import swap
+from pellet_study.criticism.calibration import calibrate
+from pellet_study.criticism.refine import swap
 from pellet_study.study.load import load
 from pellet_study.study.measurements import Measurement
 from tests.make_study import command, incline

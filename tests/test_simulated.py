@@ -8,14 +8,14 @@ import pandas as pd
 import pytest
 
 from pellet_study.challenge.bench import BENCH
-from pellet_study.compare import calibrate
-from pellet_study.diagnose import diagnose
+from pellet_study.criticism.calibration import calibrate
+from pellet_study.criticism.diagnose import diagnose
+from pellet_study.criticism.refine import refine
 from pellet_study.errors import SimulationError
 from pellet_study.model import response_surface, surrogate
 from pellet_study.model.engine import Request
 from pellet_study.model.model import Model
 from pellet_study.model.surrogate import Simulated
-from pellet_study.refine import refine
 from pellet_study.rigs import on_yade
 from pellet_study.simulate.local import TOOK_LONGER
 from pellet_study.study.edit import write_effect

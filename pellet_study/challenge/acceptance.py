@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from pellet_study.challenge import trials, twins
-from pellet_study.diagnose import GATE
+from pellet_study.criticism.diagnose import GATE
 
 COLUMNS = (
     "kind",

@@ -13,15 +13,15 @@ from pathlib import Path
 
 import numpy as np
 
-from pellet_study.calibrate import fit, problem_of
 from pellet_study.challenge.bench import BENCH
 from pellet_study.challenge.demonstration import Demonstration
-from pellet_study.compare import calibrate
+from pellet_study.criticism.calibration import calibrate
+from pellet_study.criticism.cell_means import Evidence
+from pellet_study.criticism.least_squares import fit, problem_of
+from pellet_study.criticism.refine import refine
 from pellet_study.errors import InputError
-from pellet_study.evidence import Evidence
 from pellet_study.model.model import Model
 from pellet_study.model.surrogate import Simulated
-from pellet_study.refine import refine
 
 LAMBDAS = (4.0, 6.0, 8.0)
 SHARES = (1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12)  # of its physical range at which an effect is tried

@@ -18,10 +18,11 @@ import numpy as np
 from pellet_study.challenge.bench import outside
 from pellet_study.challenge.demonstration import Demonstration
 from pellet_study.challenge.predictions import Stored, described
-from pellet_study.compare import Comparison, calibrate, compare
+from pellet_study.criticism.calibration import calibrate
+from pellet_study.criticism.compare import Comparison, compare
+from pellet_study.criticism.refine import Refinement, refine
 from pellet_study.errors import SimulationError
 from pellet_study.model.model import Model
-from pellet_study.refine import Refinement, refine
 from pellet_study.rigs import on_yade
 from pellet_study.simulate import dispatch
 from pellet_study.study.load import load

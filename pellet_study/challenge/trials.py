@@ -10,15 +10,16 @@ from functools import cache
 
 import numpy as np
 
-from pellet_study.calibrate import fit, problem_of
 from pellet_study.challenge import twins
-from pellet_study.compare import calibrate, compare
-from pellet_study.diagnose import diagnose
-from pellet_study.evidence import Evidence
+from pellet_study.criticism.calibration import calibrate
+from pellet_study.criticism.cell_means import Evidence
+from pellet_study.criticism.compare import compare
+from pellet_study.criticism.diagnose import diagnose
+from pellet_study.criticism.least_squares import fit, problem_of
+from pellet_study.criticism.refine import Refinement, refine
 from pellet_study.model.closed_form import ClosedForm
 from pellet_study.model.engine import Request
 from pellet_study.model.model import Model
-from pellet_study.refine import Refinement, refine
 from pellet_study.rigs.catalogue import Acting
 from pellet_study.study.study import Study
 
@@ -192,7 +193,7 @@ def trial_next(truth: Truth, seed, at_random: bool = False) -> tuple[Outcome, st
     Where none is proposed, the trial without it.
     """
     from pellet_study.challenge.twins import measurement
-    from pellet_study.next_measurement import possible_cases
+    from pellet_study.criticism.next_measurement import possible_cases
 
     rng = np.random.default_rng(seed)
     rows = noisy_rows(truth.readings, rng)

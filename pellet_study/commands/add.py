@@ -3,8 +3,9 @@
 import argparse
 from pathlib import Path
 
-from pellet_study import answers, pages
-from pellet_study.compare import calibrate, compare
+from pellet_study.criticism import answers, text
+from pellet_study.criticism.calibration import calibrate
+from pellet_study.criticism.compare import compare
 from pellet_study.errors import InputError
 from pellet_study.model.model import Model
 from pellet_study.output.terminal import done, say, warn, working
@@ -56,7 +57,7 @@ def run(arguments: argparse.Namespace) -> dict:
     )
     steps = [answers.comparison(before), answers.comparison(after)]
     history.record(arguments.study, steps)
-    page = pages.folded([pages.comparison_page(larger, after), "", *pages.ladder(steps)])
+    page = text.folded([text.comparison_page(larger, after), "", *text.ladder(steps)])
     say(page)
     warn(after.warnings, noted=after.warnings)
     history.leave(arguments.study, "compare", page, steps[1])

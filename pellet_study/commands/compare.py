@@ -3,8 +3,9 @@
 import argparse
 from pathlib import Path
 
-from pellet_study import answers, pages
-from pellet_study.compare import calibrate, compare
+from pellet_study.criticism import answers, text
+from pellet_study.criticism.calibration import calibrate
+from pellet_study.criticism.compare import compare
 from pellet_study.output.terminal import done, say, warn, working
 from pellet_study.study import history
 from pellet_study.study.load import load
@@ -32,12 +33,12 @@ def run(arguments: argparse.Namespace) -> dict:
         found = compare(study, state, level_out=True)
         answer = answers.comparison(found)
         interpolation = answers.check_surface(answer, state)
-    page = pages.comparison_page(study, found)
+    page = text.comparison_page(study, found)
     say(page)
     warn([*found.warnings, *interpolation], noted=found.warnings)
     history.leave(arguments.study, "compare", page, answer)
     if arguments.figures:
-        from pellet_study import figures
+        from pellet_study.criticism import figures
         from pellet_study.output import style
 
         style.save(figures.predictions(answer["rows"]), arguments.study / "figures" / "predictions.png")

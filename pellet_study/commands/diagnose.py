@@ -3,10 +3,10 @@
 import argparse
 from pathlib import Path
 
-from pellet_study import answers, pages
-from pellet_study.compare import calibrate
-from pellet_study.diagnose import diagnose
-from pellet_study.levels import by_level
+from pellet_study.criticism import answers, text
+from pellet_study.criticism.by_level import by_level
+from pellet_study.criticism.calibration import calibrate
+from pellet_study.criticism.diagnose import diagnose
 from pellet_study.output.terminal import done, say, warn, working
 from pellet_study.study import history
 from pellet_study.study.load import load
@@ -32,13 +32,13 @@ def run(arguments: argparse.Namespace) -> dict:
     with working("ranking the candidate effects"):
         state = calibrate(study)
         found = diagnose(study, state)
-    page = pages.diagnosis_page(study, found)
+    page = text.diagnosis_page(study, found)
     answer = {**answers.diagnosis(found), "by_level": by_level(state, found)}
     say(page)
     warn(found.warnings, noted=found.warnings)
     history.leave(arguments.study, "diagnose", page, answer)
     if arguments.figures:
-        from pellet_study import figures
+        from pellet_study.criticism import figures
         from pellet_study.output import style
 
         folder = arguments.study / "figures"

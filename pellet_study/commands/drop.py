@@ -3,8 +3,8 @@
 import argparse
 from pathlib import Path
 
-from pellet_study import answers, pages
-from pellet_study.compare import compare
+from pellet_study.criticism import answers, text
+from pellet_study.criticism.compare import compare
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say, warn, working
 from pellet_study.output.words import nearest
@@ -39,7 +39,7 @@ def run(arguments: argparse.Namespace) -> dict:
         after = compare(smaller, level_out=True)
     steps = [answers.comparison(before), answers.comparison(after)]
     history.record(arguments.study, steps)
-    page = pages.folded([pages.comparison_page(smaller, after), "", *pages.ladder(steps)])
+    page = text.folded([text.comparison_page(smaller, after), "", *text.ladder(steps)])
     say(page)
     warn(after.warnings, noted=after.warnings)
     history.leave(arguments.study, "compare", page, steps[1])

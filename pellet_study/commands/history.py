@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from pellet_study import pages
+from pellet_study.criticism import text
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say
 from pellet_study.study import history
@@ -29,8 +29,8 @@ def run(arguments: argparse.Namespace) -> dict:
     steps = history.read_history(arguments.study)
     if not steps:
         raise InputError(f"{arguments.study}: nothing was done yet; run add, drop or refine first")
-    say(pages.folded([study.title, "", *pages.ladder(steps)]))
-    from pellet_study import figures
+    say(text.folded([study.title, "", *text.ladder(steps)]))
+    from pellet_study.criticism import figures
     from pellet_study.output import style
 
     file = style.save(figures.ladder(steps), arguments.study / "figures" / "ladder.png")

@@ -3,10 +3,10 @@
 import argparse
 from pathlib import Path
 
-from pellet_study import answers, pages
-from pellet_study.levels import by_level
+from pellet_study.criticism import answers, text
+from pellet_study.criticism.by_level import by_level
+from pellet_study.criticism.refine import refine
 from pellet_study.output.terminal import done, say, warn, working
-from pellet_study.refine import refine
 from pellet_study.study import history
 from pellet_study.study.edit import write_effect
 from pellet_study.study.load import load
@@ -37,10 +37,10 @@ def run(arguments: argparse.Namespace) -> dict:
         write_effect(file, name, found.study.effects[name])
     answer["diagnoses"][0]["by_level"] = by_level(found.first, found.diagnoses[0])
     history.record(arguments.study, answer["steps"])
-    page = pages.refinement_page(study, found, answer["steps"])
+    page = text.refinement_page(study, found, answer["steps"])
     say(page)
     warn([*answer["warnings"], *interpolation], noted=answer["warnings"])
     history.leave(arguments.study, "refine", page, answer)
-    history.leave(arguments.study, "compare", pages.comparison_page(found.study, found.steps[-1]), answer["steps"][-1])
+    history.leave(arguments.study, "compare", text.comparison_page(found.study, found.steps[-1]), answer["steps"][-1])
     done(arguments.study / "refine.txt", f"report {arguments.study}")
     return answer

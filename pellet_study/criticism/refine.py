@@ -11,12 +11,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pellet_study.calibrate import fit_many, problem_of
-from pellet_study.compare import VISIBLE, Calibrated, Comparison, absorbed, calibrate, compare, unit_of_chi2
-from pellet_study.diagnose import GATE, GATE_AGAIN, TIE, Diagnosis, diagnose, refits, signatures
-from pellet_study.evidence import Evidence
+from pellet_study.criticism.calibration import Calibrated, calibrate, unit_of_chi2
+from pellet_study.criticism.cell_means import Evidence
+from pellet_study.criticism.compare import Comparison, compare
+from pellet_study.criticism.diagnose import GATE, GATE_AGAIN, Diagnosis, diagnose
+from pellet_study.criticism.least_squares import fit_many, problem_of
+from pellet_study.criticism.next_measurement import dear
+from pellet_study.criticism.rivals import TIE, refits
+from pellet_study.criticism.score_tests import VISIBLE, absorbed
+from pellet_study.criticism.signatures import signatures
 from pellet_study.model.model import Engine, Model
-from pellet_study.next_measurement import dear
 from pellet_study.study.study import Study
 
 MOST_EFFECTS = 3

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pellet_study.diagnose import TIE
+from pellet_study.criticism.rivals import TIE
 from pellet_study.output import style as look
 from pellet_study.output.style import DASHES, MARKERS, SERIES, label, styled
 

@@ -2,13 +2,15 @@
 
 from collections.abc import Sequence
 
-from pellet_study.compare import HELD_OUT_FAILS, Comparison, Drift
-from pellet_study.diagnose import Diagnosis, Suspect
-from pellet_study.next_measurement import NextMeasurement
+from pellet_study.criticism.compare import HELD_OUT_FAILS, Comparison
+from pellet_study.criticism.diagnose import Diagnosis
+from pellet_study.criticism.next_measurement import NextMeasurement
+from pellet_study.criticism.ranking import Suspect
+from pellet_study.criticism.refine import Refinement
+from pellet_study.criticism.score_tests import Drift
 from pellet_study.output.style import unit_in_words
 from pellet_study.output.terminal import folded
 from pellet_study.output.words import number, probability
-from pellet_study.refine import Refinement
 from pellet_study.study.study import Study
 
 LEGEND = (

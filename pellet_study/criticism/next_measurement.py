@@ -12,8 +12,9 @@ from itertools import combinations, product
 
 import numpy as np
 
-from pellet_study.calibrate import Fit
-from pellet_study.compare import Calibrated, covariance, reading_sd, unit_of_chi2
+from pellet_study.criticism.calibration import Calibrated, covariance, unit_of_chi2
+from pellet_study.criticism.least_squares import Fit
+from pellet_study.criticism.residuals import reading_sd
 from pellet_study.model.closed_form import ClosedForm
 from pellet_study.model.model import Case, Model
 from pellet_study.study.study import Study

@@ -3,11 +3,12 @@
 import math
 from dataclasses import asdict
 
-from pellet_study.compare import Calibrated, Comparison, surface_error
-from pellet_study.diagnose import Diagnosis
-from pellet_study.next_measurement import NextMeasurement
-from pellet_study.pages import drift_words
-from pellet_study.refine import Refinement
+from pellet_study.criticism.calibration import Calibrated, surface_error
+from pellet_study.criticism.compare import Comparison
+from pellet_study.criticism.diagnose import Diagnosis
+from pellet_study.criticism.next_measurement import NextMeasurement
+from pellet_study.criticism.refine import Refinement
+from pellet_study.criticism.text import drift_words
 
 SURFACE_FAILS = 0.005
 

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from pellet_study.compare import Calibrated
-from pellet_study.diagnose import Diagnosis
+from pellet_study.criticism.calibration import Calibrated
+from pellet_study.criticism.diagnose import Diagnosis
 
 MOST_RIVALS = 4
 

@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pellet_study.evidence import Evidence
+from pellet_study.criticism.cell_means import Evidence
 from pellet_study.model.model import Model
 
 ROUNDS = 40
