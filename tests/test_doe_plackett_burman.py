@@ -17,6 +17,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from pellet_study.doe import lenth as lenth_module
 from pellet_study.doe import plackett_burman
 from pellet_study.doe.design_table import code_design
 from pellet_study.doe.factors import Factor
@@ -157,7 +158,7 @@ def test_lenth_of_the_filtration_rate_as_published_and_no_p_values_when_saturate
 
 
 def test_lenth_of_the_half_fraction_as_published():
-    lenth = plackett_burman.lenth([-12, -1, 4, -1, 6, -1, -5])
+    lenth = lenth_module.lenth([-12, -1, 4, -1, 6, -1, -5])
     # the program's t quantile at 7/3 degrees of freedom differs in the fifth digit
     assert lenth.margin_of_error == pytest.approx(22.5856, rel=5e-5)
     assert lenth.simultaneous_margin_of_error == pytest.approx(54.0516, rel=5e-5)
@@ -165,14 +166,14 @@ def test_lenth_of_the_half_fraction_as_published():
 
 def test_lenth_leaves_out_what_exceeds_two_and_a_half_times_the_first_estimate():
     """s0 = 1.5 x 2: 7.4 is below 2.5 s0 = 7.5 and kept, 7.6 is not."""
-    assert plackett_burman.lenth([1, -2, 7.4]).pseudo_standard_error == pytest.approx(1.5 * 2)
-    assert plackett_burman.lenth([1, -2, 7.6]).pseudo_standard_error == pytest.approx(1.5 * 1.5)
+    assert lenth_module.lenth([1, -2, 7.4]).pseudo_standard_error == pytest.approx(1.5 * 2)
+    assert lenth_module.lenth([1, -2, 7.6]).pseudo_standard_error == pytest.approx(1.5 * 1.5)
 
 
 def test_lenth_uses_the_unused_columns_of_the_design():
     """The sums of squares of the completing columns add up to the residual."""
     table_ = code_design(cast_fatigue())
-    contrasts = plackett_burman._unused_contrasts(table_, np.zeros(12, bool))
+    contrasts = lenth_module._unused_contrasts(table_, np.zeros(12, bool))
     screening = plackett_burman.analyse(table_)
     assert len(contrasts) == 4 and screening.lenth.contrasts == 11
     assert 3 * np.sum(np.square(contrasts)) == pytest.approx(screening.model.ss_residual)

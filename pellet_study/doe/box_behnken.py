@@ -16,6 +16,7 @@ import pandas as pd
 
 from pellet_study.doe.design_table import DesignTable
 from pellet_study.doe.factors import Factor, physical_design
+from pellet_study.doe.lenth import Lenth, lenth
 from pellet_study.doe.linear_model import (
     INTERCEPT,
     LinearFit,
@@ -29,7 +30,6 @@ from pellet_study.doe.linear_model import (
     type_three,
     variance_inflation,
 )
-from pellet_study.doe.plackett_burman import Lenth, lenth
 from pellet_study.errors import InputError
 
 BOX_COX_RANGE = (-5.0, 5.0)

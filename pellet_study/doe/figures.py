@@ -10,8 +10,9 @@ import numpy as np
 
 from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.factors import with_unit
+from pellet_study.doe.lenth import Lenth
 from pellet_study.doe.optimum import TargetSet
-from pellet_study.doe.plackett_burman import Lenth, Screening
+from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.steepest_climb import Climb
 from pellet_study.output import style
 from pellet_study.output.style import new_axes, styled

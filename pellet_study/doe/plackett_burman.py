@@ -15,6 +15,7 @@ import pandas as pd
 
 from pellet_study.doe.design_table import DesignTable
 from pellet_study.doe.factors import Factor, physical_design
+from pellet_study.doe.lenth import Lenth, _unused_contrasts, lenth
 from pellet_study.doe.linear_model import (
     CURVATURE,
     LinearFit,
@@ -40,14 +41,8 @@ GENERATORS = {
     24: "+++++-+-++--++--+-+----",
 }
 """First rows of the cyclic designs printed by Plackett and Burman (1946)."""
-
-COMPLETION_RUNS = 16
 """Largest design whose unused columns are looked for (2^(runs - 1) sign vectors are tried)."""
-
-COMPLETION_STEPS = 2000
 """Branches of that search before it is given up."""
-
-SPARSE_CONTRASTS = 7
 """Fewest contrasts from which Lenth's method can tell noise from effects: it takes most of them for noise."""
 
 
@@ -102,23 +97,6 @@ def coded_matrix(n_factors: int, runs: int | None = None, centre_points: int = 0
 def design(factors: list[Factor], runs: int | None = None, centre_points: int = 0) -> pd.DataFrame:
     """The design in the physical units of its factors: one column per factor; see `coded_matrix`."""
     return physical_design(coded_matrix(len(factors), runs, centre_points), factors)
-
-
-# --------------------------------------------------------------------------------------------------- analysis
-@dataclass(frozen=True)
-class Lenth:
-    """Lenth's margins of error of an effect, from the effects alone.
-
-    `contrasts` says how many there were: the factors', and those of the design's unused columns where known.
-    `assumption_met` is false where they are too few, or all of them factors though the design has more to show:
-    that most contrasts are noise cannot be taken for granted then, and the margins are of no use.
-    """
-
-    contrasts: int
-    pseudo_standard_error: float
-    margin_of_error: float
-    simultaneous_margin_of_error: float
-    assumption_met: bool = True
 
 
 @dataclass(frozen=True)
@@ -311,114 +289,6 @@ def _curvature(model: LinearFit, rows: list[dict]) -> Curvature | None:
     if row is None:
         return None
     return Curvature(float(model.results.params[-1]), row["sum_of_squares"], row["f"], row["p"])
-
-
-def lenth(effects: list[float], alpha: float = 0.05, complete: bool = True) -> Lenth | None:
-    r"""Lenth's margins of error.
-
-    :math:`s_0 = 1.5\,\mathrm{median}|c|`, :math:`PSE = 1.5\,\mathrm{median}_{|c| < 2.5 s_0}|c|`,
-    :math:`ME = t_{1-\alpha/2,\,m/3} PSE`, :math:`SME = t_{\gamma,\,m/3} PSE` with
-    :math:`\gamma = (1 + (1-\alpha)^{1/m})/2`.
-
-    Parameters
-    ----------
-    effects : list of float
-        m contrasts in the unit of an effect; fewer than 3 give None.
-    complete : bool
-        Whether these are all contrasts of the design, noise included.
-
-    References
-    ----------
-    doi:10.1080/00401706.1989.10488595
-    """
-    if len(effects) < 3:
-        return None
-    from scipy.special import stdtrit
-
-    sizes = np.abs(effects)
-    kept = sizes[sizes < 2.5 * 1.5 * np.median(sizes)]
-    error = float(1.5 * np.median(kept)) if len(kept) else 0.0
-    degrees = len(sizes) / 3
-    simultaneous = (1 + (1 - alpha) ** (1 / len(sizes))) / 2
-    margins = [float(stdtrit(degrees, level) * error) for level in (1 - alpha / 2, simultaneous)]
-    return Lenth(len(sizes), error, *margins, complete and len(sizes) >= SPARSE_CONTRASTS)
-
-
-def _unused_contrasts(table: DesignTable, centre: np.ndarray) -> list[float]:
-    """Contrasts of the columns that complete the design to a Hadamard matrix; none where not found.
-
-    They hold the noise and the two-factor interactions, and sharpen Lenth's estimate. The order of the rows has
-    no say in them: products of the factors' columns where the design is regular, then the first columns found
-    with the rows in the order of `_standard_order`.
-    """
-    corners = np.flatnonzero(~centre)
-    coded, response = table.coded.to_numpy()[corners], table.response.to_numpy()[corners]
-    runs, n_factors = coded.shape
-    full = np.column_stack([np.ones(runs), coded])
-    if runs > COMPLETION_RUNS or not np.allclose(full.T @ full, runs * np.eye(n_factors + 1)):
-        return []
-    order = _standard_order(coded, response)
-    full, response = np.sign(full[order]), response[order]
-    signs = 1 - 2.0 * ((np.arange(2 ** (runs - 1))[:, None] >> np.arange(runs)) & 1)
-    for chosen in (_products(full), []):  # three times a 2 x 2 design has a product and yet no completion with it
-        free = signs[np.abs(signs @ np.column_stack([full, *chosen])).max(axis=1) < 0.5]
-        found = _completed(free, runs - 1 - n_factors - len(chosen))
-        if found is not None:
-            return [float(2 * column @ response / runs) for column in [*chosen, *found]]
-    return []
-
-
-def _standard_order(coded: np.ndarray, response: np.ndarray) -> np.ndarray:
-    """Rows by their levels; replicates by response, rising or falling as in the Rudin-Shapiro sequence.
-
-    Replicates differ in nothing but the response. If all pairs rose, their differences would add up in one
-    contrast and cancel in the others; in that sequence they spread evenly, as noise does.
-    """
-    levels = np.round(coded).astype(int)
-    order = np.lexsort([response, *levels.T[::-1]])
-    groups = np.split(order, np.flatnonzero(np.diff(levels[order], axis=0).any(axis=1)) + 1)
-    replicated, rows = 0, []
-    for group in groups:
-        falling = bin(replicated & replicated >> 1).count("1") % 2
-        replicated += len(group) > 1
-        rows.extend(group[::-1] if falling else group)
-    return np.array(rows)
-
-
-def _products(full: np.ndarray) -> list[np.ndarray]:
-    """The products of the columns of a regular design that are no column of it yet; none if it is not regular."""
-    columns = list(full.T)
-    runs, given = full.shape
-    for first in range(1, runs):  # the list grows while products of its members are new
-        if first >= len(columns):
-            break
-        for second in range(1, first):
-            product = columns[first] * columns[second]
-            shares = np.abs(np.array(columns) @ product)
-            if shares.max() < 0.5:
-                columns.append(product)
-            elif shares.max() < runs - 0.5:
-                return []
-    return columns[given:]
-
-
-def _completed(free: np.ndarray, wanted: int) -> list[np.ndarray] | None:
-    """So many mutually orthogonal ones of the columns, the first in lexical order; None where not found."""
-    steps = 0
-
-    def search(left: np.ndarray, missing: int) -> list[np.ndarray] | None:
-        nonlocal steps
-        if not missing:
-            return []
-        while len(left) >= missing and steps < COMPLETION_STEPS:
-            steps += 1
-            rest = search(left[1:][np.abs(left[1:] @ left[0]) < 0.5], missing - 1)
-            if rest is not None:
-                return [left[0], *rest]
-            left = left[1:]
-        return None
-
-    return search(free, wanted)
 
 
 def _detectable(model: LinearFit, alpha: float, power: float) -> dict[str, float | None]:

@@ -2,9 +2,10 @@
 
 from pellet_study.doe.answers import plain
 from pellet_study.doe.box_behnken import PREDICTED_R2_GAP, Surface
+from pellet_study.doe.lenth import Lenth
 from pellet_study.doe.linear_model import INTERCEPT, Interval
 from pellet_study.doe.optimum import TargetSet
-from pellet_study.doe.plackett_burman import Lenth, Screening
+from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.steepest_climb import Climb, Turning
 from pellet_study.doe.validation import Equivalence
 
