@@ -2,8 +2,8 @@
 
 from pathlib import Path
 
-from pellet_study import render
 from pellet_study.errors import InputError
+from pellet_study.heap import render
 from pellet_study.parts import picture, rendering
 from pellet_study.study.study import Study
 from yade_scripts import heap

@@ -5,9 +5,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from pellet_study import render
 from pellet_study.doe import figures
 from pellet_study.doe.answers import plain
+from pellet_study.heap import render
 from pellet_study.powder import figures as powder_figures
 from pellet_study.powder_chain import STAGES, Chain, levels, summary
 from pellet_study.powder_plan import NAMES, RIG, Plan

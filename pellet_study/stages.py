@@ -4,8 +4,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from pellet_study import bench_report
-from pellet_study.bench_report import PAPER_FOUND
+from pellet_study.bench import report
+from pellet_study.bench.report import PAPER_FOUND
 from pellet_study.output.style import label, words
 from pellet_study.paper import printed as paper
 from pellet_study.parts import picture, table
@@ -29,7 +29,7 @@ def bench(folder: Path) -> list[dict]:
     """The seed bench tests: one part with their table, then one a test."""
     if not (folder / "calibration.csv").exists():
         return []
-    results = bench_report.read(folder)
+    results = report.read(folder)
     printed = paper.tables()["text"]
     rows = []
     for r in results:
@@ -69,7 +69,7 @@ def bench(folder: Path) -> list[dict]:
                 ],
                 "pictures": [
                     picture(
-                        bench_report.figure(r),
+                        report.figure(r),
                         f"{r.stage.rig}: level means, fitted parabola with its band, measurement and root",
                         "Points: mean over seeds with two standard errors. Line: parabola with its 95 % band. Dashed: the "
                         "measurement; star: where the parabola meets it; shaded: 95 % interval of the parameter.",

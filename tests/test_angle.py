@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 from PIL import Image
 
-from pellet_study import photograph, render
 from pellet_study.__main__ import main
+from pellet_study.heap import photograph, render
 from tests.heap_photographs import TONES, draw, random_heap
 from yade_scripts import heap
 

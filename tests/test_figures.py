@@ -7,9 +7,9 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
-from pellet_study import render
 from pellet_study.criticism import figures
 from pellet_study.errors import InputError
+from pellet_study.heap import render
 from pellet_study.output import style
 from pellet_study.paper.results import drawn
 

@@ -42,7 +42,7 @@ def run(arguments: argparse.Namespace) -> dict:
         if len(tables) < len(arguments.photos):
             raise InputError("pictures and CSVs of grains together: expected one kind, as they are read differently")
         return _of_grains(tables)
-    from pellet_study import angle_report, photograph
+    from pellet_study.heap import photograph, report
 
     found, problems = [], []
     with working("reading the photographs"):
@@ -53,14 +53,14 @@ def run(arguments: argparse.Namespace) -> dict:
                 problems.append(str(error))
     if problems:
         raise InputError("; ".join(problems))
-    overlays = angle_report.draw(arguments.photos, found, arguments.figures)
-    answer = angle_report.answer(arguments.photos, found, overlays)
-    say(angle_report.page(answer))
+    overlays = report.draw(arguments.photos, found, arguments.figures)
+    answer = report.answer(arguments.photos, found, overlays)
+    say(report.page(answer))
     warn(
         f"{p['photo']}: the sides are no straight lines (+- {p['uncertainty_deg']:.1f} deg), as where a heap is seen from "
         f"above; look at {p['overlay']}, and photograph it from the side"
         for p in answer["photos"]
-        if p["uncertainty_deg"] > angle_report.UNSURE_DEG
+        if p["uncertainty_deg"] > report.UNSURE_DEG
     )
     done(f"overlays in {arguments.figures}", "init FOLDER")
     return answer
@@ -68,7 +68,7 @@ def run(arguments: argparse.Namespace) -> dict:
 
 def _of_grains(files: list[Path]) -> dict:
     """Read heaps of grains, print their angles."""
-    from pellet_study import render
+    from pellet_study.heap import render
     from yade_scripts import heap
 
     heaps = []

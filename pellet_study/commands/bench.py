@@ -31,22 +31,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> dict:
     """Calibrate, write the results into the study, print the summary."""
-    from pellet_study import bench, bench_report
+    from pellet_study.bench import chain, report
     from pellet_study.study import load
 
     if not 0 < arguments.effort <= 4:
         raise InputError(f"--effort {arguments.effort:g}: expected a share of the seeds above 0 and up to 4")
     loaded = load.load(arguments.study)
-    readings = bench.readings(loaded.rows)
-    runner = bench.Bench(
+    readings = chain.readings(loaded.rows)
+    runner = chain.Bench(
         loaded.contact_law or "hertz_mindlin",
         {name: setting.value for name, setting in loaded.parameters.items()},
         arguments.study / ".store",
         effort=arguments.effort,
     )
     results = runner.run(readings)
-    say(bench_report.write(results, arguments.study, runner.contact_law))
-    bench_report.write_runs(runner.runs, arguments.study / "runs.csv")
+    say(report.write(results, arguments.study, runner.contact_law))
+    report.write_runs(runner.runs, arguments.study / "runs.csv")
     last = results[-1]
     if last.value is None:
         warn(
@@ -56,4 +56,4 @@ def run(arguments: argparse.Namespace) -> dict:
             ]
         )
     done(f"{arguments.study / 'summary.txt'}, figures", f"report {arguments.study}")
-    return bench_report.answer(results)
+    return report.answer(results)

@@ -68,10 +68,10 @@ def _law_checks(store: Path, quick: bool):
 
 
 def _full(folder: Path) -> None:
-    from pellet_study import convergence
+    from pellet_study.bench import sensitivity
 
-    _write(convergence.time_steps_table(), folder / "time_steps.csv")
-    for name, table in convergence.TABLES.items():
+    _write(sensitivity.time_steps_table(), folder / "time_steps.csv")
+    for name, table in sensitivity.TABLES.items():
         found = table(folder / ".store")
         _write(found, folder / f"{name}.csv")
         print(found.round(4).to_string(index=False, max_colwidth=40), end="\n\n")

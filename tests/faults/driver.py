@@ -73,7 +73,7 @@ def simulating(folder: Path) -> list[int]:
 
 def main(store: str, table: str, number: str, pause: str = "", fault: str = "0") -> None:
     """The campaign."""
-    from pellet_study import bench_report
+    from pellet_study.bench import report
     from pellet_study.rigs import on_yade
     from pellet_study.simulate import dispatch
 
@@ -83,7 +83,7 @@ def main(store: str, table: str, number: str, pause: str = "", fault: str = "0")
         cases = [on_yade.case("faulty", seed=seed, conditions=settings) for seed in range(int(number))]
     else:
         cases = [on_yade.case("rebound", seed=seed) for seed in range(int(number))]
-    bench_report.write_runs([dispatch.run(cases, Path(store))], Path(table))
+    report.write_runs([dispatch.run(cases, Path(store))], Path(table))
 
 
 if __name__ == "__main__":

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pellet_study import quadratic
+from pellet_study.bench import parabola
 from pellet_study.errors import InputError, SimulationError
 from pellet_study.rigs import on_yade
 from pellet_study.simulate import dispatch
@@ -103,7 +103,7 @@ class Calibrated:
     stage: Stage
     reading: Reading
     sweep: pd.DataFrame
-    curve: quadratic.Quadratic
+    curve: parabola.Quadratic
     value: float | None
     interval: tuple[float, float]
     verification: Mean | None
@@ -235,7 +235,7 @@ class Bench:
             [(x, m.value, m.standard_error, m.n, m.failed) for x, m in zip(stage.levels, means, strict=True)],
             columns=[stage.parameter, stage.observable, "standard_error", "n", "failed"],
         )
-        curve = quadratic.fit(stage.levels, sweep[stage.observable])
+        curve = parabola.fit(stage.levels, sweep[stage.observable])
         value = curve.root(reading.value)
         measured = reading.sd / np.sqrt(reading.n) if reading.sd is not None else 0.0
         interval = curve.interval(reading.value, float(np.hypot(measured, stage.resolution / np.sqrt(3))))

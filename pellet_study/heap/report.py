@@ -5,9 +5,9 @@ from pathlib import Path
 
 import numpy as np
 
+from pellet_study.heap.photograph import Photograph
 from pellet_study.output import style
 from pellet_study.output.style import MEASURED, MODEL, styled
-from pellet_study.photograph import Photograph
 
 UNSURE_DEG = 3.0  # uncertainty of a photograph from which on its lines miss the flanks; level views of heaps stay below
 

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pellet_study import bench_figure, quadratic
-from pellet_study.bench import STAGES, Calibrated, Mean, Reading
+from pellet_study.bench import figures, parabola
+from pellet_study.bench.chain import STAGES, Calibrated, Mean, Reading
 from pellet_study.errors import InputError
 from pellet_study.output import style
 from pellet_study.paper import printed as paper
@@ -76,7 +76,7 @@ def write(results: Sequence[Calibrated], folder: Path, contact_law: str) -> str:
 def figure(result: Calibrated):
     """The sweep of a stage, the paper's rows beside it where they are printed."""
     rows, curve = _printed(result.stage.table)
-    return bench_figure.sweep(result, *(rows if rows else (None, None)), curve)
+    return figures.sweep(result, *(rows if rows else (None, None)), curve)
 
 
 def read(folder: Path) -> list[Calibrated]:
@@ -101,7 +101,7 @@ def read(folder: Path) -> list[Calibrated]:
                     stage,
                     Reading(record["measured"], None, 1, {}),
                     sweep,
-                    quadratic.fit(sweep[stage.parameter].to_numpy(), sweep[stage.observable].to_numpy()),
+                    parabola.fit(sweep[stage.parameter].to_numpy(), sweep[stage.observable].to_numpy()),
                     _number(record["value"]),
                     (record["interval_low"], record["interval_high"]),
                     check,
@@ -118,7 +118,7 @@ def _printed(number: int | None):
         return None, None
     rows = paper.table(number)
     x, y = rows.iloc[:, 1].to_numpy(float), rows.iloc[:, 2].to_numpy(float)
-    return (x, y), quadratic.fit(x, y)
+    return (x, y), parabola.fit(x, y)
 
 
 def summary(results: Sequence[Calibrated], contact_law: str) -> str:
@@ -145,7 +145,7 @@ def summary(results: Sequence[Calibrated], contact_law: str) -> str:
     return "\n".join(lines)
 
 
-def _equation(curve: quadratic.Quadratic, symbol: str) -> str:
+def _equation(curve: parabola.Quadratic, symbol: str) -> str:
     c0, c1, c2 = curve.coefficients
     return f"{c0:.5g} {c1:+.5g} {symbol} {c2:+.5g} {symbol}^2   R2 = {curve.r2:.5f}"
 

@@ -7,7 +7,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pellet_study import bench
+from pellet_study.bench import chain
 from pellet_study.paper import printed as paper
 from pellet_study.rigs import on_yade
 from pellet_study.simulate import dispatch
@@ -20,7 +20,7 @@ CALIBRATED = {  # close to what `bench` finds
     "seed_powder_rolling_friction": 0.25,
 }
 SEEDS = {"rebound": 512, "slope_slip": 32, "inclined_roll": 96}
-OBSERVABLE = {stage.rig: stage.observable for stage in bench.STAGES}
+OBSERVABLE = {stage.rig: stage.observable for stage in chain.STAGES}
 PAPER_RAYLEIGH_STEP_S = 6.87e-6
 NO_FRICTION = {"seed_powder_static_friction": 0.0, "seed_powder_rolling_friction": 0.0}
 
@@ -41,7 +41,7 @@ def numerics_variants() -> Iterator[tuple[str, str, dict]]:
             yield rig, "bracket halved", {"bracket_deg": default["bracket_deg"] / 2}
 
 
-def _means(settings: list[tuple[str, dict, dict, dict, int]], store: Path, quiet: bool) -> list[bench.Mean]:
+def _means(settings: list[tuple[str, dict, dict, dict, int]], store: Path, quiet: bool) -> list[chain.Mean]:
     """Mean over seeds of each (rig, parameters, conditions, numerics, seeds), all in one campaign."""
     cases = [
         on_yade.case(rig, seed=seed, parameters=parameters, conditions=conditions, numerics=numerics)
@@ -53,7 +53,7 @@ def _means(settings: list[tuple[str, dict, dict, dict, int]], store: Path, quiet
     for rig, *_, seeds in settings:
         part = rows.iloc[first : first + seeds]
         good = part.loc[part["status"] == "ok", OBSERVABLE[rig]].astype(float)
-        means.append(bench.mean_over_seeds(good, seeds - len(good)))
+        means.append(chain.mean_over_seeds(good, seeds - len(good)))
         first += seeds
     return means
 
@@ -92,7 +92,7 @@ def numerics_table(store: Path, quiet: bool = False) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _columns(mean: bench.Mean) -> dict:
+def _columns(mean: chain.Mean) -> dict:
     return {"mean": mean.value, "standard_error": mean.standard_error, "n": mean.n, "failed": mean.failed}
 
 
