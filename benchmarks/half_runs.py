@@ -16,9 +16,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pellet_study import powder_chain, powder_path, powder_plan
 from pellet_study.output import style
-from pellet_study.powder_plan import OBSERVABLE
+from pellet_study.powder import chain as powder_chain
+from pellet_study.powder import few_heaps
+from pellet_study.powder import plan as powder_plan
+from pellet_study.powder.plan import OBSERVABLE
 from pellet_study.study import load
 from yade_scripts.powder_scene import damper_share
 
@@ -49,7 +51,7 @@ def main() -> None:
         folder = FOLDER / ".half_runs" / f"{target:g}"
         store = FOLDER / ".half_runs" / "store"
         chain = powder_chain.Chain(replace(plan, target=target), folder, store, workers=workers, quiet=True)
-        found = powder_path.calibrate(chain, WANTED_ERROR)
+        found = few_heaps.calibrate(chain, WANTED_ERROR)
         screening, path = (pd.read_csv(folder / "path" / f"{name}.csv") for name in ("screening", "runs"))
         checked = chain.heaps("validation", [found["point"]] * CHECKS, first=5_000)
         angle = checked.loc[checked["verdict"] == "ok", OBSERVABLE]

@@ -17,7 +17,7 @@ import statsmodels.api as sm
 
 from pellet_study.output import style
 from pellet_study.paper.designs import screening_factors
-from pellet_study.powder_plan import IDLE, OBSERVABLE, RIG, SYMBOLS
+from pellet_study.powder.plan import IDLE, OBSERVABLE, RIG, SYMBOLS
 from pellet_study.rigs import on_yade
 from pellet_study.simulate import dispatch
 from pellet_study.study import load

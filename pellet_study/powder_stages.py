@@ -11,18 +11,11 @@ from pellet_study.doe.factors import Factor
 from pellet_study.errors import InputError
 from pellet_study.output.words import number, probability
 from pellet_study.parts import picture, table
+from pellet_study.powder.decisions import command, read_decision
 from pellet_study.powder.figures import climb, heaps
-from pellet_study.powder_chain import (
-    command,
-    curvature,
-    known,
-    levels,
-    read_decision,
-    selection,
-    surface_of,
-    table_of,
-)
-from pellet_study.powder_plan import NAMES, OBSERVABLE, SYMBOLS, differences
+from pellet_study.powder.plan import NAMES, OBSERVABLE, SYMBOLS, differences
+from pellet_study.powder.tables import surface_of, table_of
+from pellet_study.powder.text import curvature, known, levels, selection
 
 UNITS = {"G": "J/m²"}
 

@@ -10,7 +10,7 @@ from pathlib import Path
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 import pellet_study
-from pellet_study import pictured, powder_chain, stages
+from pellet_study import pictured, stages
 from pellet_study.criticism import figures
 from pellet_study.criticism.text import fit_words
 from pellet_study.errors import InputError
@@ -18,6 +18,7 @@ from pellet_study.output import style
 from pellet_study.output.style import label
 from pellet_study.output.words import number, probability
 from pellet_study.parts import picture, table
+from pellet_study.powder import decisions
 from pellet_study.study import history
 from pellet_study.study.load import load
 from pellet_study.study.study import Study
@@ -464,8 +465,8 @@ def _repeat(folder: Path) -> dict:
             ("the error ladder", (history.HISTORY,), f"history {place}"),
             (
                 "powder calibration",
-                ("runs.csv", *(f"{stage}/decision.json" for stage in powder_chain.STAGES)),
-                powder_chain.command(folder).removeprefix("pellet-study "),
+                ("runs.csv", *(f"{stage}/decision.json" for stage in decisions.STAGES)),
+                decisions.command(folder).removeprefix("pellet-study "),
             ),
             ("seed bench tests", ("calibration.csv",), f"bench {place}"),
         )

@@ -7,12 +7,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study import powder_chain, powder_plan
 from pellet_study.__main__ import main
 from pellet_study.doe import box_behnken, plackett_burman
 from pellet_study.doe.factors import Factor
-from pellet_study.powder_chain import table_of
-from pellet_study.powder_plan import SYMBOLS
+from pellet_study.powder import chain, decisions
+from pellet_study.powder import plan as powder_plan
+from pellet_study.powder.plan import SYMBOLS
+from pellet_study.powder.tables import table_of
 from pellet_study.rigs import on_yade
 from pellet_study.simulate import dispatch, yade
 from pellet_study.study import load
@@ -23,7 +24,7 @@ if not (FULL / "runs.csv").exists():
 RUNS = pd.read_csv(FULL / "runs.csv", dtype=str)
 NUMBERS = [name for name in (*SYMBOLS, "seed", "repose_angle_deg", "box") if name in RUNS]
 RUNS[NUMBERS] = RUNS[NUMBERS].map(float)  # to the last digit
-STAGES_DONE = [s for s in powder_chain.STAGES if (FULL / s / "decision.json").exists()]
+STAGES_DONE = [s for s in decisions.STAGES if (FULL / s / "decision.json").exists()]
 VERSION = "2023.02a"  # of the YADE that made them
 
 
@@ -87,11 +88,11 @@ class Committed:
         return pd.DataFrame(rows)
 
 
-@pytest.mark.skipif(len(STAGES_DONE) < len(powder_chain.STAGES), reason="the chain is not done yet")
+@pytest.mark.skipif(len(STAGES_DONE) < len(decisions.STAGES), reason="the chain is not done yet")
 def test_the_chain_on_the_committed_heaps_asks_for_these_and_decides_the_same(tmp_path, monkeypatch):
-    monkeypatch.setattr(powder_chain, "dispatch", Committed())
+    monkeypatch.setattr(chain, "dispatch", Committed())
     plan = powder_plan.plan_of(load.load(FULL))
-    found = powder_chain.Chain(plan, tmp_path, tmp_path / ".store", say=lambda line: None).run()
+    found = chain.Chain(plan, tmp_path, tmp_path / ".store", say=lambda line: None).run()
     assert set(pd.read_csv(tmp_path / "runs.csv")["seed"]) == set(RUNS["seed"])
     committed = {stage: json.loads((FULL / stage / "decision.json").read_text()) for stage in STAGES_DONE}
     assert found["screening"]["factors"] == committed["screening"]["factors"]

@@ -8,10 +8,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study import powder_plan
 from pellet_study.__main__ import main
 from pellet_study.commands import calibrate
 from pellet_study.errors import InputError
+from pellet_study.powder import plan as powder_plan
 from pellet_study.rigs import on_yade
 from pellet_study.study import load
 from tests.test_docs import STEP

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pellet_study.powder_plan import SYMBOLS
+from pellet_study.powder.plan import SYMBOLS
 from pellet_study.rigs import on_yade
 from pellet_study.simulate import dispatch
 from yade_scripts import contacts, powder_scene

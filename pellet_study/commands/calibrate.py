@@ -33,7 +33,7 @@ example:
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    from pellet_study.powder_chain import STAGES
+    from pellet_study.powder.decisions import STAGES
 
     parser.epilog = EPILOG
     parser.add_argument("study", metavar="STUDY", type=Path, help="a study folder")
@@ -68,7 +68,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> dict:
     """Do the stages, write the results, print the summary."""
-    from pellet_study import powder_chain, powder_path, powder_plan, powder_report
+    from pellet_study.powder import chain as chain_module
+    from pellet_study.powder import decisions as decisions_module
+    from pellet_study.powder import few_heaps, heaps, report
+    from pellet_study.powder import plan as powder_plan
     from pellet_study.study import load
 
     if arguments.few and (arguments.until or arguments.only or arguments.quick or arguments.repeats):
@@ -86,23 +89,23 @@ def run(arguments: argparse.Namespace) -> dict:
         raise InputError(f"--workers {arguments.workers}: expected at least one process")
     if arguments.quick and not (arguments.quick / "optimum" / "decision.json").exists():
         raise InputError(f"--quick {arguments.quick}: expected the results of a chain that was run to the optimum")
-    stages = powder_chain.STAGES
+    stages = decisions_module.STAGES
     if arguments.quick:
         stages = ("screening", "validation")
     if arguments.only:
         stages = (arguments.only,)
     elif arguments.until:
-        stages = powder_chain.STAGES[: powder_chain.STAGES.index(arguments.until) + 1]
+        stages = decisions_module.STAGES[: decisions_module.STAGES.index(arguments.until) + 1]
     plan = powder_plan.plan_of(load.load(arguments.study), arguments.contact_law)
     _make(folder)
     say = partial(print, flush=True)  # a line a stage, also where the output goes to a file
-    sizes = powder_chain.QUICK if arguments.quick else powder_chain.FULL
-    before = powder_chain.repeats_before(folder)
+    sizes = heaps.QUICK if arguments.quick else heaps.FULL
+    before = decisions_module.repeats_before(folder)
     if repeats := arguments.repeats or before:
         if repeats == before != sizes.repeats and not arguments.few:
             say(f"heaps at each point: {before}, as before in {folder}; --repeats {sizes.repeats} for {sizes.repeats}")
         sizes = replace(sizes, repeats=repeats)
-    chain = powder_chain.Chain(
+    chain = chain_module.Chain(
         plan,
         folder,
         folder / ".store",
@@ -110,15 +113,15 @@ def run(arguments: argparse.Namespace) -> dict:
         workers=arguments.workers,
         say=say,
         decisions_from=arguments.quick,
-        after=powder_report.write_summary,
+        after=report.write_summary,
     )
     if arguments.few:
-        decision = powder_path.calibrate(chain)
-        print(powder_report.write_path(chain, decision))
-        return powder_report.path_answer(decision)
+        decision = few_heaps.calibrate(chain)
+        print(report.write_path(chain, decision))
+        return report.path_answer(decision)
     decisions = chain.run(stages)
-    print(powder_report.write(chain, decisions))
-    return powder_report.answer(decisions)
+    print(report.write(chain, decisions))
+    return report.answer(decisions)
 
 
 def _make(folder: Path) -> None:

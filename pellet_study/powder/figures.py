@@ -5,7 +5,7 @@ import pandas as pd
 
 from pellet_study.output import style
 from pellet_study.output.style import LIGHT, MEASURED, MODEL, styled
-from pellet_study.powder_plan import OBSERVABLE
+from pellet_study.powder.plan import OBSERVABLE
 
 
 @styled

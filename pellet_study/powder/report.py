@@ -9,8 +9,10 @@ from pellet_study.doe import figures
 from pellet_study.doe.answers import plain
 from pellet_study.heap import render
 from pellet_study.powder import figures as powder_figures
-from pellet_study.powder_chain import STAGES, Chain, levels, summary
-from pellet_study.powder_plan import NAMES, RIG, Plan
+from pellet_study.powder.chain import Chain
+from pellet_study.powder.decisions import STAGES
+from pellet_study.powder.plan import NAMES, RIG, Plan
+from pellet_study.powder.text import levels, summary
 from pellet_study.rigs import on_yade
 
 

@@ -11,8 +11,9 @@ import numpy as np
 import pandas as pd
 
 from pellet_study.doe import plackett_burman
-from pellet_study.powder_chain import Chain, table_of
-from pellet_study.powder_plan import OBSERVABLE, RIG, SYMBOLS
+from pellet_study.powder.chain import Chain
+from pellet_study.powder.plan import OBSERVABLE, RIG, SYMBOLS
+from pellet_study.powder.tables import table_of
 from pellet_study.rigs import on_yade
 
 FIRST_SEED = 5_000  # of the path, within the climb's
