@@ -41,7 +41,6 @@ ROOMS = {
 }
 ORDER = re.compile(r"(< )?[\w/]+(( <|,) [\w/]+)*")  # a line of an order: names parted by `<` or commas
 LOOSE = {
-    "report": ["parts", "powder_stages", "stages", "pictured", "report"],
 }  # fmt: skip  # files that have not moved into their room yet
 
 

@@ -8,7 +8,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study import powder_stages
 from pellet_study.__main__ import main
 from pellet_study.errors import InputError, SimulationError
 from pellet_study.powder import box, few_heaps, report
@@ -18,6 +17,7 @@ from pellet_study.powder import heaps as heaps_module
 from pellet_study.powder import plan as powder_plan
 from pellet_study.powder import text as text_module
 from pellet_study.powder.plan import SYMBOLS
+from pellet_study.report import powder as powder_stages
 from pellet_study.study import load
 
 SLOPES = {"B": -1.5, "C": 3.5, "G": 3.7}  # per coded unit of Table 6, half the paper's effects

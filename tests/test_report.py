@@ -9,10 +9,10 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study import report
 from pellet_study.errors import InputError
 from pellet_study.paper import designs, results
 from pellet_study.paper import printed as paper
+from pellet_study.report import page
 from pellet_study.study import history
 from tests.browser import WIDTHS, chromium, inspect
 from tests.make_study import command, folder, incline
@@ -126,7 +126,7 @@ def test_a_damaged_answer_is_refused(name, tmp_path):
     for damage in ('{"steps": [', "[]", '{"steps": [{}], "effects": [1], "diagnoses": [{}]}'):
         (study / name).write_text(damage)
         with pytest.raises(InputError, match="again|anew"):
-            report.page(study)
+            page.page(study)
 
 
 def test_in_a_browser(refined, bench, tmp_path):
@@ -134,7 +134,7 @@ def test_in_a_browser(refined, bench, tmp_path):
         for study in (refined, bench, incline(tmp_path / "bare")):
             text_of(study)
             for width in WIDTHS:
-                seen = inspect(browser, study / report.FILE, width)
+                seen = inspect(browser, study / page.FILE, width)
                 assert seen["messages"] == [] and seen["requests"] == []
                 assert seen["wide"] <= width and seen["overflow"] == []
                 assert seen["headings"] == ORDER
@@ -195,7 +195,7 @@ def test_the_powder_chain_is_drawn_from_its_files(tmp_path):
     assert text.count("data:image/png") == 1  # the heap
     with chromium() as browser:
         for width in WIDTHS:
-            seen = inspect(browser, study / report.FILE, width)
+            seen = inspect(browser, study / page.FILE, width)
             assert seen["messages"] == [] and seen["wide"] <= width and seen["overflow"] == []
             assert len(seen["images"]) == 10
             for image in seen["images"]:
@@ -207,4 +207,4 @@ def test_a_damaged_stage_is_named(stage, tmp_path):
     study = chain_folder(tmp_path / "study")
     (study / stage / "runs.csv").write_text("a,b\n1,2\n")
     with pytest.raises(InputError, match=stage):
-        report.page(study)
+        page.page(study)

@@ -29,7 +29,7 @@ def run(arguments: argparse.Namespace) -> dict:
     try:
         folder.mkdir(parents=True, exist_ok=True)
         for name in ("study.toml", "measurements.csv"):
-            text = files("pellet_study").joinpath("template", name).read_text(encoding="utf-8")
+            text = files("pellet_study.study").joinpath("template", name).read_text(encoding="utf-8")
             (folder / name).write_text(text, encoding="utf-8")
     except OSError as error:
         raise InputError(f"{folder}: cannot be made: {error.strerror}") from None

@@ -22,9 +22,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> dict:
     """Write the page, say where it is."""
-    from pellet_study import report
+    from pellet_study.report import page
 
     with working("drawing the report"):
-        path = report.write(arguments.study)
+        path = page.write(arguments.study)
     done(f"{path} (open it in a browser)")
     return {"path": str(path)}

@@ -10,12 +10,12 @@ from pellet_study.doe import figures, optimum, plackett_burman
 from pellet_study.doe.factors import Factor
 from pellet_study.errors import InputError
 from pellet_study.output.words import number, probability
-from pellet_study.parts import picture, table
 from pellet_study.powder.decisions import command, read_decision
 from pellet_study.powder.figures import climb, heaps
 from pellet_study.powder.plan import NAMES, OBSERVABLE, SYMBOLS, differences
 from pellet_study.powder.tables import surface_of, table_of
 from pellet_study.powder.text import curvature, known, levels, selection
+from pellet_study.report.parts import picture, table
 
 UNITS = {"G": "J/m²"}
 

@@ -8,9 +8,9 @@ from pellet_study.bench import report
 from pellet_study.bench.report import PAPER_FOUND
 from pellet_study.output.style import label, words
 from pellet_study.paper import printed as paper
-from pellet_study.parts import picture, table
 from pellet_study.powder.plan import OBSERVABLE
-from pellet_study.powder_stages import powder
+from pellet_study.report.parts import picture, table
+from pellet_study.report.powder import powder
 from pellet_study.study.study import Study
 
 
