@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pellet_study.challenge import acceptance, trials, twins
+from pellet_study.challenge import acceptance, counting, trials, twins
 from tests.make_study import command
 
 
@@ -72,8 +72,8 @@ def test_a_broken_off_campaign_goes_on(tmp_path):
 
 
 def test_clopper_pearson():
-    assert acceptance.interval(0, 100) == pytest.approx((0, 0.0362), abs=1e-4)  # 1 - 0.025^(1/100)
-    assert acceptance.interval(4, 100) == pytest.approx((0.0110, 0.0993), abs=1e-4)
+    assert counting.interval(0, 100) == pytest.approx((0, 0.0362), abs=1e-4)  # 1 - 0.025^(1/100)
+    assert counting.interval(4, 100) == pytest.approx((0.0110, 0.0993), abs=1e-4)
 
 
 def test_command(tmp_path):

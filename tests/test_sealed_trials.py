@@ -11,8 +11,8 @@ import pandas as pd
 import pytest
 
 from pellet_study.challenge import sealed
-from pellet_study.challenge.bench import BENCH
 from pellet_study.challenge.demonstration import Demonstration
+from pellet_study.challenge.seeds import BENCH
 from pellet_study.simulate import dispatch, yade
 from pellet_study.study.load import load
 

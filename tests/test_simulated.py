@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study.challenge.bench import BENCH
+from pellet_study.challenge.seeds import BENCH
 from pellet_study.criticism.calibration import calibrate
 from pellet_study.criticism.diagnose import diagnose
 from pellet_study.criticism.refine import refine

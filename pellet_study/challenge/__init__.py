@@ -1,4 +1,4 @@
 """Hidden-effect trials: is the effect that was put into the measurements the one that refine names?
 
-demonstration < bench, heaps, twins < trials < acceptance, predictions < sealed < bench_tables
+demonstration < seeds, heaps, twins < trials < counting < acceptance, predictions < sealed < tables
 """

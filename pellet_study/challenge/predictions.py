@@ -13,8 +13,8 @@ from pathlib import Path
 
 import numpy as np
 
-from pellet_study.challenge.bench import BENCH
 from pellet_study.challenge.demonstration import Demonstration
+from pellet_study.challenge.seeds import BENCH
 from pellet_study.criticism.calibration import calibrate
 from pellet_study.criticism.cell_means import Evidence
 from pellet_study.criticism.least_squares import fit, problem_of

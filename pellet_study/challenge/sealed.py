@@ -15,9 +15,9 @@ from pathlib import Path
 
 import numpy as np
 
-from pellet_study.challenge.bench import outside
 from pellet_study.challenge.demonstration import Demonstration
 from pellet_study.challenge.predictions import Stored, described
+from pellet_study.challenge.seeds import outside
 from pellet_study.criticism.calibration import calibrate
 from pellet_study.criticism.compare import Comparison, compare
 from pellet_study.criticism.refine import Refinement, refine

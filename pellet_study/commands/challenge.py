@@ -13,7 +13,7 @@ import math
 import sys
 from pathlib import Path
 
-from pellet_study.challenge import acceptance
+from pellet_study.challenge import acceptance, counting
 from pellet_study.output.terminal import done, folded, say
 
 
@@ -68,44 +68,44 @@ def _twins(arguments: argparse.Namespace, show) -> dict:
 
 
 def _predictions(arguments: argparse.Namespace, show) -> dict:
-    from pellet_study.challenge import bench_tables, predictions
+    from pellet_study.challenge import predictions, tables
 
     stored = predictions.Stored(arguments.study / ".store")
     file = arguments.study / "predictions.csv"
     predictions.run(stored, file, arguments.scale, 60 * arguments.minutes, show)
     rows = predictions.read(file)
-    return _answer(rows, bench_tables.write_predictions(rows, arguments.study, _command(arguments)))
+    return _answer(rows, tables.write_predictions(rows, arguments.study, _command(arguments)))
 
 
 def _yade(arguments: argparse.Namespace, show) -> dict:
-    from pellet_study.challenge import bench, bench_tables
+    from pellet_study.challenge import seeds, tables
 
-    return _sealed(arguments, show, bench.BENCH, bench_tables.BENCH_TRIALS)
+    return _sealed(arguments, show, seeds.BENCH, tables.BENCH_TRIALS)
 
 
 def _heaps(arguments: argparse.Namespace, show) -> dict:
-    from pellet_study.challenge import bench_tables, heaps
+    from pellet_study.challenge import heaps, tables
 
-    return _sealed(arguments, show, heaps.HEAPS, bench_tables.HEAP_TRIALS)
+    return _sealed(arguments, show, heaps.HEAPS, tables.HEAP_TRIALS)
 
 
 def _sealed(arguments: argparse.Namespace, show, of, text: str) -> dict:
-    from pellet_study.challenge import bench_tables, sealed
+    from pellet_study.challenge import sealed, tables
 
     folder, count = arguments.study, max(1, round(arguments.scale * len(of.kinds())))
     file = sealed.run(of, folder / "sealed", folder / ".store", count, 60 * arguments.minutes, show=show)
-    rows = bench_tables.read(file)
-    return _answer(rows, bench_tables.write_sealed(rows, folder, _command(arguments), text))
+    rows = tables.read(file)
+    return _answer(rows, tables.write_sealed(rows, folder, _command(arguments), text))
 
 
 def _answer(rows: list[dict], figures: list[dict]) -> dict:
     one, nothing = ([r for r in rows if r["kind"] == kind] for kind in ("one", "nothing"))
     return {
         "trials": len(rows),
-        "identified": sum(acceptance.right(r) for r in one),
-        "in_answer": sum(acceptance.inside(r) for r in one),
+        "identified": sum(counting.right(r) for r in one),
+        "in_answer": sum(counting.inside(r) for r in one),
         "hidden_trials": len(one),
-        "false_alarms": sum(bool(acceptance.named(r)) for r in nothing),
+        "false_alarms": sum(bool(counting.named(r)) for r in nothing),
         "null_trials": len(nothing),
         "figures": figures,
     }

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pellet_study.challenge.acceptance import inside, interval, named, right, unexplained, wrong
+from pellet_study.challenge.counting import inside, interval, named, right, unexplained, wrong
 
 
 def _noticed(row: dict) -> bool:
