@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from pellet_study.commands.pb import writing
+from pellet_study.commands.design_tables import writing
 from pellet_study.output.terminal import done, say
 
 EXAMPLES = """\

@@ -3,7 +3,7 @@
 import argparse
 from pathlib import Path
 
-from pellet_study.commands.pb import add_table_arguments, check_arguments, kept, warn, write_design, writing
+from pellet_study.commands.design_tables import add_table_arguments, check_arguments, kept, warn, write_design, writing
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say
 
