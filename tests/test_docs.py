@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from pellet_study.__main__ import main
-from tests.heap_photographs import draw
+from tests import ROOT
+from tests.helpers.heap_photographs import draw
 
-ROOT = Path(__file__).resolve().parent.parent
 STEP = re.compile(
     r"<!-- file: (?P<file>\S+) -->\n```\w*\n(?P<content>.*?)```"
     r"|<!-- copy: (?P<source>\S+) (?P<target>\S+) -->"

@@ -2,9 +2,9 @@
 
 import subprocess
 import sys
-from pathlib import Path
 
-ROOT = Path(__file__).resolve().parent.parent
+from tests import ROOT
+
 ONE_REBOUND = """
 from pathlib import Path
 from pellet_study import dispatch, rigs

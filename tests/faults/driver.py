@@ -13,8 +13,9 @@ import sys
 import time
 from pathlib import Path
 
-ROOT = Path(__file__).resolve().parents[2]
-FAULT_RIGS = ROOT / "tests" / "fault_rigs"
+from tests import ROOT
+
+FAULT_RIGS = ROOT / "tests" / "helpers" / "fault_rigs"
 PATIENCE_S = 240.0  # on a machine that does other things too
 UNPRIVILEGED = ["setpriv", "--bounding-set=-dac_override,-dac_read_search,-fowner"] if os.geteuid() == 0 else []
 

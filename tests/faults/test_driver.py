@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from tests.faults.driver import command, rows, simulating, start, wait_until
-from tests.make_study import incline
+from tests.helpers.make_study import incline
 
 CASES, MANY = 40, 300
 BLOWS = 20

@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.faults.driver import ROOT, command, start
-from tests.make_study import incline
+from tests.helpers.make_study import incline
 
 CASES = 6
 ODD = 'it\'s a "study" $HOME `x` & Schüttgut; 種子 * '

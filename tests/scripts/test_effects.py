@@ -5,7 +5,6 @@ All cases run in one campaign; each test names the cases it needs, by what it co
 
 from itertools import chain
 from math import atan, cos, degrees, log1p, pi, radians, sin, sqrt
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -16,6 +15,7 @@ from scipy.spatial import ConvexHull
 from pellet_study.errors import InputError
 from pellet_study.rigs import catalogue, on_yade
 from pellet_study.simulate import dispatch
+from tests import HELPERS
 from yade_scripts import contacts, particles
 from yade_scripts.seed_scene import GRAVITY
 
@@ -131,7 +131,7 @@ def read(tmp_path_factory):
         )
     )
     folders = on_yade.FOLDERS
-    on_yade.FOLDERS = [*folders, Path(__file__).parent / "effect_rigs"]
+    on_yade.FOLDERS = [*folders, HELPERS / "effect_rigs"]
     on_yade.rig.cache_clear()
     cases = [
         on_yade.case(rig, parameters=parameters, conditions=conditions, effects=effects, numerics=numerics)

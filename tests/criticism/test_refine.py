@@ -10,9 +10,10 @@ from pellet_study.criticism.calibration import calibrate
 from pellet_study.criticism.refine import swap
 from pellet_study.study.load import load
 from pellet_study.study.measurements import Measurement
-from tests.make_study import command, incline
+from tests import ROOT
+from tests.helpers.make_study import command, incline
 
-RESULTS = Path(__file__).resolve().parent.parent / "results"
+RESULTS = ROOT / "results"
 STEP = {"effects", "parameters", "chi2", "dof", "lack_of_fit_p", "rms_error", "holdout_rms_error"}
 
 

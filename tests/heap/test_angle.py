@@ -3,7 +3,6 @@
 import csv
 import io
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -11,12 +10,13 @@ from PIL import Image
 
 from pellet_study.__main__ import main
 from pellet_study.heap import photograph, render
-from tests.heap_photographs import TONES, draw, random_heap
+from tests import ROOT
+from tests.helpers.heap_photographs import TONES, draw, random_heap
 from yade_scripts import heap
 
 pytest.importorskip("skimage", reason="scikit-image is not installed: pip install -e .[test]")
 IMAGES = 200
-HEAP = Path(__file__).parents[1] / "results" / "full" / "heap_grains.csv"
+HEAP = ROOT / "results" / "full" / "heap_grains.csv"
 
 
 def saved(pixels, file):

@@ -1,7 +1,6 @@
 """The committed heaps of results/full: refitted they give the committed effects, simulated again the same bits."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -17,8 +16,9 @@ from pellet_study.powder.tables import table_of
 from pellet_study.rigs import on_yade
 from pellet_study.simulate import dispatch, yade
 from pellet_study.study import load
+from tests import ROOT
 
-FULL = Path(__file__).parent.parent / "results" / "full"
+FULL = ROOT / "results" / "full"
 if not (FULL / "runs.csv").exists():
     pytest.skip("no heap of results/full is committed yet", allow_module_level=True)
 RUNS = pd.read_csv(FULL / "runs.csv", dtype=str)

@@ -1,7 +1,6 @@
 """The repose rig: each parameter moves its own contact constant, runs repeat, verdicts are told, effects act."""
 
 from math import pi
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -9,6 +8,7 @@ import pytest
 from pellet_study.powder.plan import SYMBOLS
 from pellet_study.rigs import on_yade
 from pellet_study.simulate import dispatch
+from tests import HELPERS
 from yade_scripts import contacts, powder_scene
 
 LAWS = ("cohesive_frictional", "hertz_mindlin")
@@ -68,7 +68,7 @@ def run(store, cases):
 def constants(store):
     """The contact constants of both laws at BASE and with one parameter moved at a time."""
     folders = on_yade.FOLDERS
-    on_yade.FOLDERS = [*folders, Path(__file__).parent / "powder_rigs"]
+    on_yade.FOLDERS = [*folders, HELPERS / "powder_rigs"]
     on_yade.rig.cache_clear()
     equal = {"size_spread": 0.0}
     cases = {(law, None): small("powder_contacts", law, numerics=equal) for law in LAWS}

@@ -9,7 +9,7 @@ from pellet_study.model.model import Model
 from pellet_study.study.edit import erase_effect, write_effect
 from pellet_study.study.load import load
 from pellet_study.study.study import settings
-from tests.make_study import command, folder, incline
+from tests.helpers.make_study import command, folder, incline
 
 OWN_EFFECT = """
 EFFECT = {

@@ -1,4 +1,4 @@
-"""The driver, on real YADE processes; faults come from tests/fault_rigs, whose rig simulates nothing."""
+"""The driver, on real YADE processes; faults come from tests/helpers/fault_rigs, whose rig simulates nothing."""
 
 import os
 import signal
@@ -13,9 +13,10 @@ import pytest
 from pellet_study.errors import InputError, SimulationError
 from pellet_study.rigs import on_yade
 from pellet_study.simulate import dispatch, local, yade
-from tests.listening import listening
+from tests import HELPERS
+from tests.helpers.listening import listening
 
-FAULTS = Path(__file__).parent / "fault_rigs"
+FAULTS = HELPERS / "fault_rigs"
 NONE, ABORT, HANG, NAN, EXCEPTION, REFUSED, EXIT, QUIET, EMPTY, TYPO = range(10)
 
 

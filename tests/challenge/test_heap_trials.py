@@ -1,7 +1,6 @@
 """The heap trials: what refine is given, and that committed envelopes hold what their readings were simulated from."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -14,8 +13,9 @@ from pellet_study.model.surrogate import Simulated
 from pellet_study.rigs import on_yade
 from pellet_study.simulate import dispatch, yade
 from pellet_study.study.load import load
+from tests import ROOT
 
-RESULTS = Path(__file__).resolve().parents[1] / "results" / "hidden_heaps"
+RESULTS = ROOT / "results" / "hidden_heaps"
 VERSION = "2023.02a"  # of the YADE that made them
 PLACES = sorted(RESULTS.glob("sealed/[0-9]*"))
 

@@ -1,7 +1,6 @@
 """All figures: a unit on every axis, series told apart in grey, nothing drawn twice differently; grains as pictures."""
 
 import json
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -12,8 +11,7 @@ from pellet_study.errors import InputError
 from pellet_study.heap import render
 from pellet_study.output import style
 from pellet_study.paper.results import drawn
-
-ROOT = Path(__file__).resolve().parent.parent
+from tests import ROOT
 
 
 def answer(study: str, name: str) -> dict:

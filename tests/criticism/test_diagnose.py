@@ -14,7 +14,7 @@ from pellet_study.criticism.score_tests import drifts
 from pellet_study.criticism.signatures import columns_of
 from pellet_study.study.load import load
 from pellet_study.study.measurements import Measurement
-from tests.make_study import STRESSES_PA, command, folder, incline, slip_angle_deg
+from tests.helpers.make_study import STRESSES_PA, command, folder, incline, slip_angle_deg
 
 
 def test_cohesion_is_named_with_its_size(tmp_path):

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pellet_study.challenge import acceptance, counting, trials, twins
-from tests.make_study import command
+from tests.helpers.make_study import command
 
 
 def test_strength_is_what_it_says():

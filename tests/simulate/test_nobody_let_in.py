@@ -12,8 +12,8 @@ import pytest
 
 from pellet_study.rigs import on_yade
 from tests.faults.driver import ROOT, command, simulating
-from tests.listening import listening
-from tests.make_study import folder
+from tests.helpers.listening import listening
+from tests.helpers.make_study import folder
 
 EVERY_RIG = """
 import sys

@@ -2,7 +2,6 @@
 
 import argparse
 import re
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -14,9 +13,10 @@ from pellet_study.errors import InputError
 from pellet_study.powder import plan as powder_plan
 from pellet_study.rigs import on_yade
 from pellet_study.study import load
+from tests import ROOT
 from tests.test_docs import STEP
 
-FULL = Path(__file__).parent.parent / "results" / "full"
+FULL = ROOT / "results" / "full"
 ANGLE = "rig,observable,value,sd\nrepose,repose_angle_deg,41.69,0.79\n"
 
 

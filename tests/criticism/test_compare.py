@@ -14,7 +14,7 @@ from pellet_study.criticism.text import comparison_page
 from pellet_study.rigs import catalogue
 from pellet_study.rigs.closed_form import layer_on_incline
 from pellet_study.study.load import load
-from tests.make_study import STRESSES_PA, command, folder, incline, slip_angle_deg
+from tests.helpers.make_study import STRESSES_PA, command, folder, incline, slip_angle_deg
 
 KEYS = {
     "parameters",

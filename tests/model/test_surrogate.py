@@ -21,7 +21,7 @@ from pellet_study.simulate.local import TOOK_LONGER
 from pellet_study.study.edit import write_effect
 from pellet_study.study.load import load
 from pellet_study.study.study import Setting
-from tests.make_study import command
+from tests.helpers.make_study import command
 
 FRICTION = "seed_powder_static_friction = { value = 0.6, min = 0.4, max = 0.8 }"
 

@@ -1,13 +1,13 @@
 """The measurements of the heap rig: what they ask for exists, the committed tables follow from the committed heaps."""
 
 import sys
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
 import pytest
 
-ROOT = Path(__file__).resolve().parent.parent
+from tests import ROOT
+
 sys.path.insert(0, str(ROOT / "benchmarks"))
 
 import heap_cost  # noqa: E402

@@ -14,10 +14,10 @@ from pellet_study.paper import designs, results
 from pellet_study.paper import printed as paper
 from pellet_study.report import page
 from pellet_study.study import history
-from tests.browser import WIDTHS, chromium, inspect
-from tests.make_study import command, folder, incline
+from tests import ROOT
+from tests.helpers.browser import WIDTHS, chromium, inspect
+from tests.helpers.make_study import command, folder, incline
 
-ROOT = Path(__file__).resolve().parent.parent
 ORDER = [
     "1 What was measured",
     "2 What the model says",

@@ -4,7 +4,6 @@ committed reading, made again by YADE."""
 import csv
 import json
 from dataclasses import replace
-from pathlib import Path
 
 import numpy as np
 import pandas as pd
@@ -15,8 +14,9 @@ from pellet_study.challenge.demonstration import Demonstration
 from pellet_study.challenge.seeds import BENCH
 from pellet_study.simulate import dispatch, yade
 from pellet_study.study.load import load
+from tests import ROOT
 
-PLACES = sorted((Path(__file__).resolve().parents[1] / "results" / "hidden_effect").glob("sealed/[0-9]*"))
+PLACES = sorted((ROOT / "results" / "hidden_effect").glob("sealed/[0-9]*"))
 VERSION = "2023.02a"  # of the YADE that made them
 PULL = 300.0  # mm2 per J/m2: tan a = mu (1 + PULL gamma / length2), as a film that pulls on the seed would have it
 

@@ -1,6 +1,6 @@
 """Without YADE its rigs cannot be compared, and the command says why."""
 
-from tests.make_study import command, folder
+from tests.helpers.make_study import command, folder
 
 
 def test_without_yade_its_rigs_cannot_be_compared(tmp_path, capsys, monkeypatch):
