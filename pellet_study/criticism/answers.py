@@ -6,9 +6,9 @@ from dataclasses import asdict
 from pellet_study.criticism.calibration import Calibrated, surface_error
 from pellet_study.criticism.compare import Comparison
 from pellet_study.criticism.diagnose import Diagnosis
+from pellet_study.criticism.facts import drift_words
 from pellet_study.criticism.next_measurement import NextMeasurement
 from pellet_study.criticism.refine import Refinement
-from pellet_study.criticism.text import drift_words
 
 SURFACE_FAILS = 0.005
 
