@@ -4,16 +4,15 @@ Readings come from the surface with the hidden effect, moved by a draw of the su
 from `refine`, whose predictions are the same stored surfaces without the effect.
 """
 
-import csv
-import time
 import zlib
 from collections.abc import Mapping
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
 
 from pellet_study.challenge.demonstration import Demonstration
+from pellet_study.challenge.resume import Show, read, resume
 from pellet_study.challenge.seeds import BENCH
 from pellet_study.criticism.calibration import calibrate
 from pellet_study.criticism.cell_means import Evidence
@@ -213,7 +212,7 @@ def plan(stored: Stored, scale: float = 1.0) -> list[tuple[str, float, int, floa
     return [(name, lam, sign, amount, max(1, round(scale * n))) for name, lam, sign, amount, n in found]
 
 
-def run(stored: Stored, file: Path, scale: float = 1.0, seconds: float = np.inf, show=None) -> int:
+def run(stored: Stored, file: Path, scale: float = 1.0, seconds: float = np.inf, show: Show | None = None) -> int:
     """Do the draws that are missing from a table, all kinds growing alike; returns how many were done.
 
     Raises
@@ -233,25 +232,4 @@ def run(stored: Stored, file: Path, scale: float = 1.0, seconds: float = np.inf,
     done = {(r["hidden"], float(r["lambda"]), int(r["sign"]), int(r["number"])) for r in rows}
     jobs = [(k / n, *entry, k) for *entry, n in planned for k in range(n)]
     jobs = [job[1:] for job in sorted(jobs, key=lambda j: j[0]) if (*job[1:4], job[5]) not in done]
-    until, count, new = time.monotonic() + seconds, 0, not file.exists()
-    with file.open("a", newline="", encoding="utf-8") as stream:
-        writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
-        if new:
-            writer.writeheader()
-        for name, lam, sign, amount, number in jobs:
-            if time.monotonic() > until:
-                break
-            writer.writerow(draw(stored, name, lam, sign, amount, number))
-            stream.flush()
-            count += 1
-            if show is not None:
-                show(count, len(jobs))
-    return count
-
-
-def read(file: Path) -> list[dict]:
-    """Rows of a trial table, those that were cut off left out."""
-    if not file.exists():
-        return []
-    with file.open(newline="", encoding="utf-8") as stream:
-        return [row for row in csv.DictReader(stream) if None not in row and None not in row.values()]
+    return resume(file, COLUMNS, jobs, partial(draw, stored), seconds, show)

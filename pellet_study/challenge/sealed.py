@@ -6,7 +6,6 @@ A trial is a folder: `sealed.json` (the truth), `study.toml` and `measurements.c
 smaller time step; all take other seeds. Some hide an effect that no candidate describes.
 """
 
-import csv
 import json
 import time
 import zlib
@@ -17,6 +16,7 @@ import numpy as np
 
 from pellet_study.challenge.demonstration import Demonstration
 from pellet_study.challenge.predictions import Stored, described
+from pellet_study.challenge.resume import Show, write
 from pellet_study.challenge.seeds import outside
 from pellet_study.criticism.calibration import calibrate
 from pellet_study.criticism.compare import Comparison, compare
@@ -274,7 +274,7 @@ def run(
     count: int,
     seconds: float = np.inf,
     workers: int | None = None,
-    show=None,
+    show: Show | None = None,
 ) -> Path:
     """Do the first `count` trials as far as they are not done; the table `sealed.csv` of all that are done."""
     stored = Stored(store, workers, of=of)
@@ -300,8 +300,5 @@ def run(
     for number in measured:
         rows.append(opened(stored, number, folder, *answer(folder / f"{number:02d}", stored)))
     file = folder / "sealed.csv"
-    with file.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+    write(file, COLUMNS, rows)
     return file

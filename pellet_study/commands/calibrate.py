@@ -96,7 +96,7 @@ def run(arguments: argparse.Namespace) -> dict:
         stages = (arguments.only,)
     elif arguments.until:
         stages = decisions_module.STAGES[: decisions_module.STAGES.index(arguments.until) + 1]
-    plan = powder_plan.plan_of(load.load(arguments.study), arguments.contact_law)
+    plan = powder_plan.plan_of(load(arguments.study), arguments.contact_law)
     _make(folder)
     say = partial(print, flush=True)  # a line a stage, also where the output goes to a file
     sizes = heaps.QUICK if arguments.quick else heaps.FULL

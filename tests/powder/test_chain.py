@@ -62,7 +62,7 @@ def powder(tmp_path):
 
 def chain_of(folder: Path, stub: Formula, monkeypatch, **more) -> chain_module.Chain:
     monkeypatch.setattr(chain_module, "dispatch", stub)
-    plan = powder_plan.plan_of(load.load(folder))
+    plan = powder_plan.plan_of(load(folder))
     return chain_module.Chain(plan, folder, folder / ".store", say=lambda line: None, **more)
 
 
@@ -336,10 +336,10 @@ def test_the_quick_chain_reads_the_stages_it_does_not_do(powder, tmp_path, monke
 def test_studies_without_a_measured_angle_are_refused(powder):
     (powder / "measurements.csv").write_text("rig,observable,value,sd\nrebound,rebound_height_mm,8.01,0.1\n")
     with pytest.raises(InputError, match="repose"):
-        powder_plan.plan_of(load.load(powder))
+        powder_plan.plan_of(load(powder))
     (powder / "measurements.csv").write_text("rig,observable,value\nrepose,repose_angle_deg,41.69\n")
     with pytest.raises(InputError, match="sd"):
-        powder_plan.plan_of(load.load(powder))
+        powder_plan.plan_of(load(powder))
 
 
 def test_repeats_are_heaps_at_the_same_points(powder, monkeypatch, capsys):
@@ -583,7 +583,7 @@ def test_a_setting_that_was_read_is_validated_with_seeds_that_did_not_choose_it(
     before = set(first.asked)
     stub = Formula(noise=1.5)
     monkeypatch.setattr(chain_module, "dispatch", stub)
-    plan = powder_plan.plan_of(load.load(powder))
+    plan = powder_plan.plan_of(load(powder))
     folder = tmp_path / "quick"
     quick = chain_module.Chain(
         plan, folder, folder / ".store", heaps_module.QUICK, say=lambda line: None, decisions_from=powder
