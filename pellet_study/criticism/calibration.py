@@ -57,7 +57,7 @@ def refuse_failed(model: Model) -> None:
     SimulationError : most simulations of a row failed
     """
     if model.scatters and not np.isfinite(model.predict(model.base).mean).all():
-        reasons = [text for engine in model.engines.values() for text in getattr(engine, "dead", {}).values()]
+        reasons = [text for engine in model.engines.values() for text in engine.failed.values()]
         raise SimulationError("; ".join(dict.fromkeys(reasons)) or "a row cannot be simulated")
 
 

@@ -15,7 +15,6 @@ import numpy as np
 from pellet_study.criticism.calibration import CalibratedStudy, covariance, reduced_chi2
 from pellet_study.criticism.least_squares import Fit
 from pellet_study.criticism.residuals import reading_sd
-from pellet_study.model.closed_form import ClosedForm
 from pellet_study.model.model import Case, Model
 from pellet_study.study.study import Study
 
@@ -170,7 +169,7 @@ def predicted(state: CalibratedStudy, cases: Sequence[Case], fits: Sequence[Fit]
     """
     means, variances = np.empty((len(fits), len(cases))), np.empty((len(fits), len(cases)))
     engines = state.model.engines
-    measured = {(c.rig, c.observable) for c in state.model.cases if not isinstance(engines[c.rig], ClosedForm)}
+    measured = {(c.rig, c.observable) for c in state.model.cases if engines[c.rig].simulates}
     here = np.array([(c.rig, c.observable) in measured for c in cases])
     if not here.all():
         other = [c for c, near in zip(cases, here, strict=True) if not near]

@@ -102,9 +102,9 @@ def _ranking(state, names, found, shown, scores, null, rivals, beyond) -> tuple[
 
 
 def unsimulated(state: CalibratedStudy) -> set[str]:
-    """Effects whose simulations dead in some row: what they would do is not known."""
-    dead = [key for engine in state.model.engines.values() for key in getattr(engine, "dead", ())]
-    return {key[1] for key in dead if isinstance(key, tuple)}
+    """Effects whose simulations failed in some row: what they would do is not known."""
+    failed = [key for engine in state.model.engines.values() for key in engine.failed]
+    return {key[1] for key in failed if isinstance(key, tuple)}
 
 
 def _unjudged(state: CalibratedStudy, name: str, found: Sequence[Signature]) -> Suspect:
