@@ -92,7 +92,7 @@ def strength(effects: Mapping[str, float], kept: tuple[int, ...] | None = None) 
     readings = readings_of(effects)
     index = np.arange(len(readings)) if kept is None else np.array(kept)
     sd = true_sd(readings)[index] / np.sqrt(twins.REPEATS)
-    cells = CellMeans(index, readings[index], sd, 1 / sd, 1000, 0.0, 0)
+    cells = CellMeans(index, readings[index], sd, 1 / sd, 1000, 0.0)
     point = model.base.copy()
     for name, value in twins.TRUTH.items():
         point[model.column[name]] = value

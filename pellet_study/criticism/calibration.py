@@ -5,8 +5,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 from scipy import special
 
-from pellet_study.criticism import cell_means as readings
-from pellet_study.criticism.cell_means import CellMeans
+from pellet_study.criticism.cell_means import CellMeans, cell_means
 from pellet_study.criticism.least_squares import Fit, fit, problem_of
 from pellet_study.errors import SimulationError
 from pellet_study.model.model import Model, refuse_too_few
@@ -43,7 +42,7 @@ def fit_study(
     if cells is not None:
         return CalibratedStudy(study, model, cells, fit(model, cells, problem))
     refuse_failed(model)
-    cells = readings.cell_means(model, rows)
+    cells = cell_means(model, rows)
     first = fit(model, cells, problem)
     noisy = with_simulator_noise(cells, model, first.point)
     return CalibratedStudy(study, model, noisy, first if noisy is cells else fit(model, noisy, problem))

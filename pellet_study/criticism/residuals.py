@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import special
 
-from pellet_study.criticism import cell_means as readings
 from pellet_study.criticism.calibration import CalibratedStudy, covariance, part_of
 from pellet_study.criticism.least_squares import fit, problem_of
+from pellet_study.criticism.scatter import pooled_sd
 from pellet_study.model.model import Model, key
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import Study
@@ -97,7 +97,7 @@ def reading_sd(study: Study, model: Model) -> list[float | None]:
             [sum(r.n * (r.value - m) ** 2 for r in c) for c, m in zip(replicates.values(), means, strict=True)]
         )
         sd = np.sqrt(within / np.maximum(dof, 1))
-        pooled[group] = (means, readings.pooled_sd(means, sd, dof))
+        pooled[group] = (means, pooled_sd(means, sd, dof))
     found: list[float | None] = []
     for row in study.rows:
         spread = row.sd
