@@ -2,6 +2,6 @@
 
 Imports go one way, left may be imported by right:
 
-    factors < design_table < linear_model < lenth < plackett_burman < box_behnken
+    factors, published_designs, composite < design_table < linear_model < lenth < plackett_burman < box_behnken
     < steepest_climb, optimum, validation < answers < figures < text
 """
