@@ -15,6 +15,7 @@ import numpy as np
 import pandas as pd
 
 from pellet_study.doe.blocks import columns_of_blocks
+from pellet_study.doe.composite import composite_matrix
 from pellet_study.doe.design_table import DesignTable
 from pellet_study.doe.factors import Factor, physical_design
 from pellet_study.doe.lenth import Lenth, lenth
@@ -32,6 +33,7 @@ from pellet_study.doe.linear_model import (
     type_three,
     variance_inflation,
 )
+from pellet_study.doe.published_designs import box_behnken_matrix
 from pellet_study.errors import InputError
 
 BOX_COX_RANGE = (-5.0, 5.0)
@@ -41,12 +43,12 @@ PREDICTED_R2_GAP = 0.2
 
 # ----------------------------------------------------------------------------------------------------- design
 def coded_matrix(n_factors: int, centre_points: int = 5, face_centred: bool = False) -> np.ndarray:
-    """Coded design (n_runs, n_factors) of pyDOE3: Box-Behnken, or face-centred central composite.
+    """Coded design (n_runs, n_factors): Box-Behnken as published, or face-centred central composite.
 
     Parameters
     ----------
     n_factors : int
-        3 to 12 for Box-Behnken (it has no corners), 2 to 8 for face-centred (for those who need them).
+        See `box_behnken_matrix`, which has no corners, and `composite_matrix`, for those who need them.
     centre_points : int
         Runs at the middle, 1 or more; without replicates of it there is no pure error.
     face_centred : bool
@@ -56,17 +58,9 @@ def coded_matrix(n_factors: int, centre_points: int = 5, face_centred: bool = Fa
     InputError
         If the number of factors or of centre points is out of range.
     """
-    low, high = (2, 8) if face_centred else (3, 12)
-    kind = "face-centred central composite" if face_centred else "Box-Behnken"
-    if not low <= n_factors <= high:
-        raise InputError(f"{n_factors} factors were asked for: expected {low} to {high} for a {kind} design")
-    if centre_points < 1:
-        raise InputError(f"{centre_points} centre points were asked for: expected 1 or more")
-    import pyDOE3
-
     if face_centred:
-        return np.asarray(pyDOE3.ccdesign(n_factors, center=(0, centre_points), face="ccf"), dtype=float) + 0.0
-    return np.asarray(pyDOE3.bbdesign(n_factors, center=centre_points), dtype=float) + 0.0
+        return composite_matrix(n_factors, "face", centre_points)[0]
+    return box_behnken_matrix(n_factors, centre_points)
 
 
 def design(factors: list[Factor], centre_points: int = 5, face_centred: bool = False) -> pd.DataFrame:
