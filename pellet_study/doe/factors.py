@@ -114,9 +114,20 @@ def parse_range(text: str) -> tuple[str, tuple[float, float]]:
     return factor.name, (factor.low, factor.high)
 
 
+def rounded(values, scale: float):
+    """Levels without the noise of their computation: to eleven digits of a quantity of this size, whatever its unit."""
+    decimals = 10 - int(np.floor(np.log10(scale))) if scale > 0 else 10
+    return np.round(np.asarray(values, dtype=float), decimals) if decimals < 300 else np.asarray(values, dtype=float)
+
+
 def physical_design(coded, factors: list[Factor]):
     """The design in physical units: a table (n_runs, n_factors) with one column per factor."""
     import pandas as pd
 
     coded = np.asarray(coded, dtype=float)
-    return pd.DataFrame({factor.name: factor.physical(coded[:, i]) for i, factor in enumerate(factors)}).round(12)
+    return pd.DataFrame(
+        {
+            factor.name: rounded(factor.physical(coded[:, i]), max(abs(factor.low), abs(factor.high)))
+            for i, factor in enumerate(factors)
+        }
+    )

@@ -1,5 +1,6 @@
 """Numbers, probabilities and names in words."""
 
+from collections.abc import Iterable
 from difflib import get_close_matches
 
 
@@ -13,7 +14,7 @@ def probability(p: float | None) -> str:
     return "-" if p is None else ("< 0.001" if p < 0.001 else f"{p:.3f}")
 
 
-def nearest(given: str, accepted) -> str:
+def nearest(given: str, accepted: Iterable[str]) -> str:
     """`; accepted are a, b, c; did you mean b?` for an error message."""
     names = sorted(accepted)
     if not names:

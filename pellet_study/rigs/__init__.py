@@ -2,3 +2,7 @@
 
 catalogue, on_yade, closed_form/layer_on_incline, closed_form/shear_cell
 """
+
+from pellet_study.rigs.on_yade import case, rig
+
+__all__ = ["case", "rig"]
