@@ -14,16 +14,9 @@ import numpy as np
 from scipy import special
 
 from pellet_study.criticism.calibration import CalibratedStudy, fit_study
+from pellet_study.criticism.constancy import DRIFT, Drift, constancy_tests
+from pellet_study.criticism.lack_of_fit import LACK_IN_A_RIG, absorbed_basis, lack_by_rig, lack_of_fit
 from pellet_study.criticism.residuals import RowResidual, holdout_p, level_out_errors, row_residuals
-from pellet_study.criticism.score_tests import (
-    DRIFT,
-    LACK_IN_A_RIG,
-    Drift,
-    absorbed_basis,
-    constancy_tests,
-    lack_by_rig,
-    lack_of_fit,
-)
 from pellet_study.study.study import Study
 
 LACK_OF_FIT = 0.001  # p over all rigs together below which a model fails

@@ -18,11 +18,12 @@ import numpy as np
 
 from pellet_study.criticism.calibration import CalibratedStudy, fit_study
 from pellet_study.criticism.compare import Comparison, compare
+from pellet_study.criticism.lack_of_fit import absorbed_basis
 from pellet_study.criticism.least_squares import Fit
 from pellet_study.criticism.next_measurement import FEW_LEVELS, NextMeasurement, next_measurement
 from pellet_study.criticism.ranking import Suspect, _ranking, _unjudged, unsimulated
 from pellet_study.criticism.rivals import TIE, Rival, explanations, judge, refits
-from pellet_study.criticism.score_tests import VISIBLE, absorbed_basis, exceedance, largest_null, standardised
+from pellet_study.criticism.score_tests import VISIBLE, exceedance, largest_null, standardised
 from pellet_study.criticism.signatures import signatures
 from pellet_study.study.study import Study
 

@@ -8,7 +8,7 @@ from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
 from pellet_study.criticism.compare import HELD_OUT_FAILS
-from pellet_study.criticism.score_tests import Drift
+from pellet_study.criticism.constancy import Drift
 from pellet_study.criticism.verdicts import Note
 from pellet_study.output.words import probability
 from pellet_study.rigs.catalogue import Catalogue, Effect

@@ -7,10 +7,8 @@ import numpy as np
 from scipy import special
 
 from pellet_study.criticism.calibration import CalibratedStudy, covariance, reduced_chi2
-from pellet_study.criticism.score_tests import (
-    exceedance,
-    lack_of_fit,
-)
+from pellet_study.criticism.lack_of_fit import lack_of_fit
+from pellet_study.criticism.score_tests import exceedance
 from pellet_study.criticism.signatures import Signature, physical
 
 PLAUSIBLE = 4.0  # chi2 by which a fit beyond the physical range must be better to be called implausible

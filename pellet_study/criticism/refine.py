@@ -15,10 +15,11 @@ from pellet_study.criticism.calibration import CalibratedStudy, fit_study, reduc
 from pellet_study.criticism.cell_means import CellMeans
 from pellet_study.criticism.compare import Comparison, compare
 from pellet_study.criticism.diagnose import GATE, GATE_AGAIN, Diagnosis, diagnose
+from pellet_study.criticism.lack_of_fit import absorbed_basis
 from pellet_study.criticism.least_squares import fit_many, problem_of
 from pellet_study.criticism.next_measurement import needs_simulation
 from pellet_study.criticism.rivals import TIE, refits
-from pellet_study.criticism.score_tests import VISIBLE, absorbed_basis
+from pellet_study.criticism.score_tests import VISIBLE
 from pellet_study.criticism.signatures import signatures
 from pellet_study.model.model import Engine, Model
 from pellet_study.study.study import Study

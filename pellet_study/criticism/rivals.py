@@ -7,18 +7,10 @@ from itertools import combinations
 import numpy as np
 
 from pellet_study.criticism.calibration import CalibratedStudy, reduced_chi2, with_own_noise
+from pellet_study.criticism.constancy import DRIFT, constancy_tests
+from pellet_study.criticism.lack_of_fit import LACK_IN_A_RIG, absorbed_basis, lack_by_rig, lack_of_fit
 from pellet_study.criticism.least_squares import Fit, Problem, fit_many
-from pellet_study.criticism.score_tests import (
-    DRIFT,
-    LACK_IN_A_RIG,
-    absorbed_basis,
-    constancy_tests,
-    exceedance,
-    lack_by_rig,
-    lack_of_fit,
-    largest_null,
-    standardised,
-)
+from pellet_study.criticism.score_tests import exceedance, largest_null, standardised
 from pellet_study.criticism.signatures import Signature, columns_of, physical
 
 LEFT_OVER = 0.002  # p of lack of fit that an explanation may not leave in the rigs where it acts

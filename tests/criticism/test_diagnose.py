@@ -7,10 +7,10 @@ import pytest
 
 from pellet_study.challenge import trials, twins
 from pellet_study.criticism.calibration import fit_study
+from pellet_study.criticism.constancy import constancy_tests
 from pellet_study.criticism.diagnose import diagnose
 from pellet_study.criticism.least_squares import fit_many
 from pellet_study.criticism.rivals import LEFT_DRIFT, judge, rival_problem
-from pellet_study.criticism.score_tests import constancy_tests
 from pellet_study.criticism.signatures import columns_of
 from pellet_study.study.load import load
 from pellet_study.study.measurements import Measurement
