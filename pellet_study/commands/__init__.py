@@ -26,7 +26,7 @@ COMMANDS = {
     "audit": "recompute the printed numbers of the source paper",
 }
 
-SIMULATING = ("doctor", "bench", "compare", "diagnose", "add", "drop", "refine", "challenge")
+SIMULATING = ("doctor", "bench", "calibrate", "compare", "diagnose", "add", "drop", "refine", "challenge")
 """Commands that may simulate, and take --scheduler and --time-limit."""
 
 EDITING = ("add", "drop", "refine")

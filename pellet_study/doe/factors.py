@@ -115,8 +115,8 @@ def parse_range(text: str) -> tuple[str, tuple[float, float]]:
 
 
 def rounded(values, scale: float):
-    """Levels without the noise of their computation: to eleven digits of a quantity of this size, whatever its unit."""
-    decimals = 10 - int(np.floor(np.log10(scale))) if scale > 0 else 10
+    """Levels without the noise of their computation: ten decimals, of a quantity below 0.1 ten digits, whatever its unit."""
+    decimals = 10 if scale >= 0.1 or scale <= 0 else 9 - int(np.floor(np.log10(scale)))
     return np.round(np.asarray(values, dtype=float), decimals) if decimals < 300 else np.asarray(values, dtype=float)
 
 

@@ -10,7 +10,7 @@ from pellet_study.output.style import label, words
 from pellet_study.paper import printed as paper
 from pellet_study.powder.plan import OBSERVABLE
 from pellet_study.report.parts import picture, table
-from pellet_study.report.powder import powder
+from pellet_study.report.powder import powder_stages
 from pellet_study.study.study import Study
 
 
@@ -22,7 +22,7 @@ def stages(study: Study, folder: Path) -> list[dict]:
         value = sum(row.n * row.value for row in angles) / sum(row.n for row in angles)
         sds = [row.sd for row in angles if row.sd is not None]
         measured = (value, (sum(sd**2 for sd in sds) / len(sds)) ** 0.5 if sds else None)
-    return bench(folder) + powder(folder, measured)
+    return bench(folder) + powder_stages(folder, measured)
 
 
 def bench(folder: Path) -> list[dict]:
