@@ -22,7 +22,8 @@ from pellet_study.criticism.compare import Comparison, compare
 from pellet_study.criticism.explanations import TIE, explanations
 from pellet_study.criticism.lack_of_fit import absorbed_basis
 from pellet_study.criticism.least_squares import Fit
-from pellet_study.criticism.next_measurement import FEW_LEVELS, NextMeasurement, next_measurement
+from pellet_study.criticism.next_measurement import NextMeasurement, next_measurement
+from pellet_study.criticism.possible import FEW_LEVELS
 from pellet_study.criticism.ranking import Scores, Suspect, ranking_of, unjudged, unsimulated
 from pellet_study.criticism.rivals import Rival, judge, refits
 from pellet_study.criticism.score_tests import VISIBLE, exceedance, largest_null, standardised

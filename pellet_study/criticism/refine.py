@@ -17,7 +17,7 @@ from pellet_study.criticism.diagnose import GATE, GATE_AGAIN, Diagnosis, diagnos
 from pellet_study.criticism.explanations import TIE
 from pellet_study.criticism.lack_of_fit import absorbed_basis
 from pellet_study.criticism.least_squares import fit_many, problem_of
-from pellet_study.criticism.next_measurement import needs_simulation
+from pellet_study.criticism.possible import needs_simulation
 from pellet_study.criticism.rivals import refits
 from pellet_study.criticism.score_tests import VISIBLE
 from pellet_study.criticism.signatures import signatures
