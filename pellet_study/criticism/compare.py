@@ -15,9 +15,10 @@ import numpy as np
 
 from pellet_study.criticism.calibration import CalibratedStudy, fit_study
 from pellet_study.criticism.constancy import DRIFT, Drift, constancy_tests
+from pellet_study.criticism.holdout import holdout_p, level_out_errors
 from pellet_study.criticism.intervals import intervals_of
 from pellet_study.criticism.lack_of_fit import LACK_IN_A_RIG, absorbed_basis, lack_by_rig, lack_of_fit, needed_setup
-from pellet_study.criticism.residuals import RowResidual, holdout_p, level_out_errors, row_residuals
+from pellet_study.criticism.residuals import RowResidual, row_residuals
 from pellet_study.study.study import Study
 
 # p over all rigs together below which a model fails; the gate of `diagnose` has most of the 5 % of alarms that nothing
@@ -146,6 +147,5 @@ def rms_error(rows: Sequence[RowResidual], split: str) -> float | None:
     """Root of the mean squared residual of the rows of a split, in `unit_of_rms`; None without rows, or where unknown."""
     one = _one_observable(rows)
     errors = [r.residual if one else r.z for r in rows if r.row.split == split]
-    if not errors or any(e is None for e in errors):
-        return None
-    return float(np.sqrt(np.mean(np.square(errors))))
+    known = [e for e in errors if e is not None]
+    return float(np.sqrt(np.mean(np.square(known)))) if known and len(known) == len(errors) else None

@@ -2,7 +2,7 @@
 
 1. Signature of each candidate: the change of the predictions at the size that shows with three standard errors after
    the calibration has absorbed what it can (a small step misleads where the shape changes with the size).
-2. Gate: the largest signed score of all candidates against its null distribution by Monte Carlo (max-T), in units of
+2. Gate: the largest taken score of all candidates against its null distribution by Monte Carlo (max-T), in units of
    the residual scatter where that exceeds the replicates' (Birge).
 3. Refit of every candidate within its physical range; ranking by chi2; a candidate explains where neither lack of fit
    nor a drifting constant is left, and where its own fitted size is one number over all sizes, conditions and rigs.
@@ -70,7 +70,7 @@ class Prepared:
     Parameters
     ----------
     names, lost : the candidates, and those whose simulations failed
-    found : all signatures of the candidates
+    signatures : all signatures of the candidates
     basis : what the calibrated constants absorb
     hopeless : too few different cases beyond the constants for any effect to show
     """
@@ -78,7 +78,7 @@ class Prepared:
     comparison: Comparison
     names: tuple[str, ...]
     lost: tuple[str, ...]
-    found: tuple[Signature, ...]
+    signatures: tuple[Signature, ...]
     basis: np.ndarray
     hopeless: bool
     warnings: tuple[str, ...]
@@ -86,7 +86,7 @@ class Prepared:
     @cached_property
     def shown(self) -> list[Signature]:
         """Signatures that the calibration does not absorb, of an effect that may become large enough to be seen."""
-        return [s for s in self.found if s.visible_share >= VISIBLE and s.length >= 1.0]
+        return [s for s in self.signatures if s.visible_share >= VISIBLE and s.length >= 1.0]
 
 
 @dataclass(frozen=True)
@@ -126,14 +126,12 @@ def diagnose(
         return hopeless(study, state, prepared)
     gated = gate_of(state, prepared, gate)
     needed = gated.open or not prepared.comparison.fits
-    singles, beyond = {}, {}
-    if prepared.shown and (needed or rank):
-        singles, beyond = refits(state, prepared.shown, gated.raw)
+    singles, beyond = refits(state, prepared.shown, gated.raw) if needed or rank else ({}, {})
     if needed:
         rivals = judge(state, singles.values(), prepared.shown)
     else:
-        rivals = [Rival(names, fit, False) for names, fit in singles.items()]
-    ranking = ranking_of(state, prepared.names, prepared.found, gated.scores, rivals, beyond)
+        rivals = [Rival((name,), fit, False) for name, fit in singles.items()]
+    ranking = ranking_of(state, prepared.names, prepared.signatures, gated.scores, rivals, beyond)
     ranking += tuple(unjudged(state, name, [], Note.NOT_SIMULATED) for name in prepared.lost)
     chosen: list[Rival] = []
     if gated.open:
@@ -168,13 +166,13 @@ def prepare(study: Study, state: CalibratedStudy, comparison: Comparison) -> Pre
     spare = len(cells.case) - absorbed_basis(fitted.jacobian).shape[1]
     too_few = spare < 1 or (spare < 2 and not cells.scale_known)
     costly = state.model.levels <= FEW_LEVELS
-    found = [] if too_few and costly else signatures(state, names, basis)
+    taken = [] if too_few and costly else signatures(state, names, basis)
     lost = unsimulated(state)
     return Prepared(
         comparison=comparison,
         names=tuple(name for name in names if name not in lost),
         lost=tuple(name for name in names if name in lost),
-        found=tuple(s for s in found if s.effect not in lost),
+        signatures=tuple(s for s in taken if s.effect not in lost),
         basis=basis,
         hopeless=too_few,
         warnings=tuple(dict.fromkeys([*comparison.warnings, *state.model.warnings])),
@@ -191,7 +189,7 @@ def hopeless(study: Study, state: CalibratedStudy, prepared: Prepared) -> Diagno
         verdict=Verdict.ADEQUATE if prepared.comparison.fits else Verdict.UNEXPLAINED,
         missing=(),
         tied=(),
-        ranking=tuple(unjudged(state, name, prepared.found, Note.NOT_SHOWN) for name in prepared.names),
+        ranking=tuple(unjudged(state, name, prepared.signatures, Note.NOT_SHOWN) for name in prepared.names),
         next_measurement=None,
         gate_p=None,
         comparison=prepared.comparison,

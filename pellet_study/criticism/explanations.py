@@ -67,7 +67,7 @@ def pair_rivals(
     for pair in pairs:
         starts = []
         for factor in (1.0, 0.5):
-            start = {}
+            start: dict[int, float] = {}
             for signature in (shown[k] for k in pair):
                 columns = columns_of(state.model, signature.effect)
                 fitted = alone.get(signature.effect)

@@ -155,7 +155,7 @@ def fit_words(comparison: dict) -> str | None:
 
 def constants(comparison: dict) -> list[Constant]:
     """Every constant of a model, fitted or fixed."""
-    found = []
+    rows = []
     for name, value in comparison["parameters"].items():
         limits = comparison["intervals"].get(name)
         remarks = [
@@ -163,18 +163,18 @@ def constants(comparison: dict) -> list[Constant]:
             for words, names in (("not identified", "not_identified"), ("at its bound", "at_bound"))
             if name in comparison[names]
         ]
-        found.append(Constant(name, value, None if limits is None else (limits[0], limits[1]), tuple(remarks)))
-    return found
+        rows.append(Constant(name, value, None if limits is None else (limits[0], limits[1]), tuple(remarks)))
+    return rows
 
 
 def varying(rows: Sequence[dict]) -> dict[str, list[str]]:
     """The conditions of each rig that change from row to row, {rig: names}."""
-    found = {}
+    names_of = {}
     for rig in dict.fromkeys(row["rig"] for row in rows):
         given = [row["conditions"] for row in rows if row["rig"] == rig]
         names = dict.fromkeys(name for conditions in given for name in conditions)
-        found[rig] = [name for name in names if len({conditions.get(name) for conditions in given}) > 1]
-    return found
+        names_of[rig] = [name for name in names if len({conditions.get(name) for conditions in given}) > 1]
+    return names_of
 
 
 def misfit(row: dict) -> float:

@@ -52,8 +52,8 @@ def lack_of_fit(fitted: Fit, cells: CellMeans, some: np.ndarray | None = None) -
 def lack_by_rig(state: CalibratedStudy) -> dict[str, float]:
     """p of each rig's own cells; rigs whose cells leave nothing to compare are left out."""
     rigs = np.array([state.model.cases[c].rig for c in state.cells.case], dtype=object)
-    found = {rig: lack_of_fit(state.fit, state.cells, rigs == rig) for rig in dict.fromkeys(rigs)}
-    return {rig: p for rig, p in found.items() if p is not None}
+    p_of = {rig: lack_of_fit(state.fit, state.cells, rigs == rig) for rig in dict.fromkeys(rigs)}
+    return {rig: p for rig, p in p_of.items() if p is not None}
 
 
 def needed_setup(state: CalibratedStudy) -> dict[str, float]:

@@ -93,7 +93,7 @@ def _in(model: Model, source: Model, point: np.ndarray) -> np.ndarray:
 def reading_uncertainty(state: CalibratedStudy, cases: Sequence[Case], predicted: np.ndarray) -> np.ndarray:
     """Expected standard uncertainty of one more mean reading at each case, from those of the rig's rows."""
     study, cells = state.study, state.cells
-    spread = reading_sd(study, state.model)
+    spread = reading_sd(study)
     unit = np.sqrt(state.fit.chi2 / max(len(cells.case) - len(state.fit.problem.free), 1))
     fitted = [(state.model.cases[c], sd) for c, sd in zip(cells.case, cells.sd, strict=True)]
     uncertainty = np.empty(len(cases))

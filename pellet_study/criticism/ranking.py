@@ -64,7 +64,7 @@ class Scores:
 def ranking_of(
     state: CalibratedStudy,
     names: Sequence[str],
-    found: Sequence[Signature],
+    signatures: Sequence[Signature],
     scores: Scores,
     rivals: Iterable[Rival],
     beyond: Mapping[str, Fit],
@@ -73,7 +73,7 @@ def ranking_of(
 
     Parameters
     ----------
-    names, found : the candidates and all their signatures
+    names, signatures : the candidates and all their signatures
     scores : of the signatures that show
     rivals, beyond : candidates fitted within their physical range, and without that limit
     """
@@ -85,7 +85,7 @@ def ranking_of(
             best = max(own, key=lambda k: scores.values[k])
             ranking.append(suspect_of(state, scores, best, fitted.get(name), beyond.get(name)))
         else:
-            ranking.append(unjudged(state, name, found, Note.NOT_SHOWN))
+            ranking.append(unjudged(state, name, signatures, Note.NOT_SHOWN))
     return tuple(sorted(ranking, key=lambda s: (bool(s.note), -s.chi2_drop, -(s.score or 0.0))))
 
 
@@ -151,7 +151,7 @@ def _fitted(state: CalibratedStudy, suspect: Suspect, rival: Rival, beyond: Fit 
     )
 
 
-def unjudged(state: CalibratedStudy, name: str, found: Sequence[Signature], note: Note) -> Suspect:
+def unjudged(state: CalibratedStudy, name: str, signatures: Sequence[Signature], note: Note) -> Suspect:
     """A candidate that these data, or its simulations, do not tell."""
     effect = state.model.study.catalogue.effects[name]
     return Suspect(
@@ -162,7 +162,7 @@ def unjudged(state: CalibratedStudy, name: str, found: Sequence[Signature], note
         chi2_drop=0.0,
         value={effect.amount: float(effect.neutral()[effect.amount])},
         interval=None,
-        visible_share=max((s.visible_share for s in found if s.effect == name), default=0.0),
+        visible_share=max((s.visible_share for s in signatures if s.effect == name), default=0.0),
         smallest_visible=None,
         lack_of_fit_p=None,
         explains=False,

@@ -49,8 +49,9 @@ class Refinement:
     def best_of_tie(self) -> Study:
         """The study with the best of the tied explanations added, which `refine` does not do; the study as it is left
         where nothing is tied."""
-        study, best = self.study, self.last.rivals[0].fit.point if self.tied else None
+        study = self.study
         for name in self.tied[0] if self.tied else ():
+            best = self.last.rivals[0].fit.point
             study = study.with_effect(name, _values(study, name, best, self.state.model.column))
         return study
 
@@ -58,7 +59,7 @@ class Refinement:
 class _Steps:
     """The model as it grows: a study and its fit, and every comparison on the way."""
 
-    def __init__(self, study: Study, state: CalibratedStudy, level_out: bool):
+    def __init__(self, study: Study, state: CalibratedStudy, level_out: bool) -> None:
         self.study, self.state, self.level_out = study, state, level_out
         self.added: list[str] = []
         self.comparisons = [compare(study, state, level_out=level_out)]
@@ -178,7 +179,7 @@ def swap(study: Study, state: CalibratedStudy, added: list[str]) -> tuple[str, s
         if not shown:
             continue
         fits, _ = refits(without, shown, np.array([s.unit for s in shown]) @ without.fit.residual)
-        trades += [(f.chi2, old, new, f) for (new,), f in fits.items()]
+        trades += [(f.chi2, old, new, f) for new, f in fits.items()]
     best = min(trades, key=lambda trade: trade[0], default=None)
     if best is None or best[0] > state.fit.chi2 - TIE * reduced_chi2(state, best[3]):
         return None

@@ -75,17 +75,17 @@ def starting_at(columns: Sequence[int], amount: float, shape: Mapping[str, float
 
 def refits(
     state: CalibratedStudy, shown: Sequence[Signature], scores: np.ndarray
-) -> tuple[dict[tuple[str, ...], Fit], dict[str, Fit]]:
-    """Each shown candidate refitted within its physical range, and without that limit where it ends at it."""
+) -> tuple[dict[str, Fit], dict[str, Fit]]:
+    """Each shown candidate refitted within its physical range, and without that limit where it ends at it: {effect: fit}."""
     model, best = state.model, best_signatures(shown, scores)
     order = sorted(best, key=lambda e: -scores[best[e]])
     problems = [rival_problem(state, [name], starts_of(model, shown, shown[best[name]])) for name in order]
-    fits = dict(zip(((name,) for name in order), fit_many(model, state.cells, problems), strict=True))
-    stuck = [name for (name,), fitted in fits.items() if ends_at_limit(state, name, fitted)]
+    fits = dict(zip(order, fit_many(model, state.cells, problems), strict=True))
+    stuck = [name for name, fitted in fits.items() if ends_at_limit(state, name, fitted)]
     wide = []
     for name in stuck:
         columns = columns_of(model, name)
-        start = dict(zip(columns, fits[(name,)].point[columns], strict=True))
+        start = dict(zip(columns, fits[name].point[columns], strict=True))
         wide.append(rival_problem(state, [name], [start], wide=True))
     return fits, dict(zip(stuck, fit_many(model, state.cells, wide), strict=True))
 
@@ -155,8 +155,8 @@ def explains(
 
 def failing_rigs(state: CalibratedStudy) -> frozenset[str]:
     """Rigs in which the present model fails, by lack of fit or a drifting constant; an explanation must mend them."""
-    found = {d.rig for d in constancy_tests(state) if d.p < DRIFT}
-    return frozenset(found | {rig for rig, p in lack_by_rig(state).items() if p < LACK_IN_A_RIG})
+    drifting = {d.rig for d in constancy_tests(state) if d.p < DRIFT}
+    return frozenset(drifting | {rig for rig, p in lack_by_rig(state).items() if p < LACK_IN_A_RIG})
 
 
 def signature_left(state: CalibratedStudy, fitted: Fit, names: Sequence[str], shown: Sequence[Signature]) -> float:

@@ -94,13 +94,13 @@ def signatures(state: CalibratedStudy, names: Sequence[str], basis: np.ndarray) 
     means = model.predict(np.array([point, *trials])).mean[:, cells.case]
     change = np.nan_to_num(cells.whitened(means[1:] - means[0]))
     seen = change - (change @ basis) @ basis.T
-    found = []
+    taken = []
     for k, (way, size) in enumerate(zip(ways, sizes, strict=True)):
         length, whole = np.linalg.norm(seen[k]), np.linalg.norm(change[k])
         share = length / whole if whole > 1e-12 else 0.0
         unit = seen[k] / length if length > 1e-9 else np.zeros_like(seen[k])
-        found.append(Signature(way.effect, way.sign, float(size), way.shape, unit, float(length), float(share)))
-    return found
+        taken.append(Signature(way.effect, way.sign, float(size), way.shape, unit, float(length), float(share)))
+    return taken
 
 
 def _share_that_shows(length: np.ndarray) -> float:
