@@ -4,8 +4,8 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pellet_study.criticism.explanations import TIE
 from pellet_study.criticism.facts import finding, model_name, varying
-from pellet_study.criticism.rivals import TIE
 from pellet_study.criticism.verdicts import Note
 from pellet_study.output import style as look
 from pellet_study.output.style import DASHES, MARKERS, SERIES, label, styled

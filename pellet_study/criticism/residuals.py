@@ -24,7 +24,7 @@ class RowResidual:
     z: float | None
 
 
-def row_residuals(state: CalibratedStudy, sd: dict[int, float]) -> tuple[RowResidual, ...]:
+def row_residuals(state: CalibratedStudy) -> tuple[RowResidual, ...]:
     """Every row beside its prediction; z by the uncertainty of the row itself (not of its cell)."""
     model, study = state.model, state.study
     place = {key(case): k for k, case in enumerate(model.cases)}

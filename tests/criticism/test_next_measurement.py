@@ -7,9 +7,10 @@ import pandas as pd
 import pytest
 
 from pellet_study.criticism.calibration import covariance, fit_study, reduced_chi2
+from pellet_study.criticism.explanations import TIE, tied
 from pellet_study.criticism.least_squares import fit_many
 from pellet_study.criticism.next_measurement import nearest_case, next_measurement, predicted
-from pellet_study.criticism.rivals import TIE, Rival, _tied, rival_problem
+from pellet_study.criticism.rivals import Rival, rival_problem
 from pellet_study.model.model import Case, Model
 from pellet_study.simulate import dispatch
 from pellet_study.study.load import load
@@ -154,6 +155,6 @@ def test_a_rival_whose_simulations_scatter_is_tied_farther_off(tmp_path, asked):
     first, second = (Rival(names, fit, True) for names, fit in rivals.items())
     apart = TIE * reduced_chi2(state, first.fit)
     far = replace(second, fit=replace(second.fit, chi2=first.fit.chi2 + 2 * apart))
-    assert _tied(state, [first, far], first) == [first]
+    assert tied(state, [first, far], first) == [first]
     noisy = replace(far, noise=1.5 * apart)
-    assert _tied(state, [first, noisy], first) == [first, noisy]
+    assert tied(state, [first, noisy], first) == [first, noisy]
