@@ -3,7 +3,15 @@
 import argparse
 from pathlib import Path
 
-from pellet_study.commands.design_tables import add_table_arguments, check_arguments, kept, warn, write_design, writing
+from pellet_study.commands.design_tables import (
+    add_table_arguments,
+    again,
+    check_arguments,
+    kept,
+    warn,
+    write_design,
+    writing,
+)
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say
 
@@ -99,8 +107,8 @@ def run(arguments: argparse.Namespace) -> dict:
     warn(warnings)
     if arguments.figures:
         answer["figures"] = _figures(arguments, used, found)
-    after = "--target ANGLE" if arguments.target is None else "--target ... --verify RUNS"
-    done(kept(arguments), None if arguments.verify else f"bbd {arguments.table} {after}")
+    after = "--target VALUE" if arguments.target is None else "--target ... --verify RUNS"
+    done(kept(arguments), None if arguments.verify else f"bbd {again(arguments)} {after}")
     return answer
 
 
@@ -202,12 +210,14 @@ def _readings(text: str) -> list[float]:
 
 def _figures(arguments, surface, found) -> list[str]:
     from pellet_study.doe import figures
+    from pellet_study.doe.labels import degraded
 
+    warn(degraded(surface.table.names, str(surface.table.response.name)))
     drawn = {
         "response_surface": figures.surface_contours(surface, found, arguments.unit),
         "predicted_observed": figures.predicted_observed(surface, arguments.unit),
     }
     if surface.saturated:
-        drawn["half_normal"] = figures.half_normal(surface.scaled_effects, surface.lenth)
+        drawn["half_normal"] = figures.half_normal(surface.scaled_effects, surface.lenth, names=surface.table.names)
     with writing(arguments.figures):
         return [str(path) for path in figures.save(drawn, arguments.figures)]

@@ -1,6 +1,7 @@
 """What `pb` and `bbd` share: the table of a design, its arguments, what is left out, where it is written."""
 
 import argparse
+import shlex
 import sys
 from contextlib import contextmanager
 from pathlib import Path
@@ -29,6 +30,14 @@ def kept(arguments: argparse.Namespace) -> str:
     """Where an analysis went."""
     places = [str(place) for place in (arguments.figures, arguments.json) if place]
     return ", ".join(places) or "above (--json FILE and --figures DIR keep them)"
+
+
+def again(arguments: argparse.Namespace) -> str:
+    """The table and what was said of its columns, as words of a command to follow."""
+    words = [str(arguments.table)]
+    for option in ("factor", "ignore", "block"):
+        words += [word for given in getattr(arguments, option) for word in (f"--{option}", given)]
+    return shlex.join(words)
 
 
 def check_arguments(arguments: argparse.Namespace) -> None:
