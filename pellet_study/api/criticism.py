@@ -10,7 +10,7 @@ from typing import Any
 from pellet_study.api.answers import Comparison, Diagnosis, Refinement
 from pellet_study.criticism import answers, text
 from pellet_study.criticism.by_level import by_level
-from pellet_study.criticism.calibration import calibrate as fit_study
+from pellet_study.criticism.calibration import fit_study
 from pellet_study.criticism.compare import Comparison as Fitted
 from pellet_study.criticism.compare import compare as compare_rows
 from pellet_study.criticism.diagnose import diagnose as rank

@@ -14,8 +14,8 @@ import numpy as np
 from pellet_study.challenge.demonstration import Demonstration
 from pellet_study.challenge.resume import Show, read, resume
 from pellet_study.challenge.seeds import BENCH
-from pellet_study.criticism.calibration import calibrate
-from pellet_study.criticism.cell_means import Evidence
+from pellet_study.criticism.calibration import fit_study
+from pellet_study.criticism.cell_means import CellMeans
 from pellet_study.criticism.least_squares import fit, problem_of
 from pellet_study.criticism.refine import refine
 from pellet_study.errors import InputError
@@ -76,9 +76,9 @@ class Stored:
         sd = np.array([self.of.reading_sd(case.rig, y) for case, y in zip(self.model.cases, mean, strict=True)])
         sd = np.sqrt(sd**2 / self.repeats + variance)
         fitted = np.array([k for k in range(len(mean)) if k not in self.of.held_out])
-        evidence = Evidence(fitted, mean[fitted], sd[fitted], 1 / sd[fitted], 1000, 0.0, 0)
+        cells = CellMeans(fitted, mean[fitted], sd[fitted], 1 / sd[fitted], 1000, 0.0, 0)
         start = self.point(parameters, {})
-        chi2 = fit(self.model, evidence, problem_of(self.model, 0, start)).chi2
+        chi2 = fit(self.model, cells, problem_of(self.model, 0, start)).chi2
         by_chance = (chance / sd**2)[fitted].sum()
         return float(np.sqrt(max(0.0, chi2 - by_chance)))
 
@@ -141,7 +141,7 @@ def draw(stored: Stored, name: str, lam: float, sign: int, amount: float, number
     effects = {name: amount} if name else {}
     mean, variance = stored.readings(TRUE, effects)
     study = BENCH.study(BENCH.rows(noisy(mean, variance, rng)))
-    state = calibrate(study, Model(study, engines=stored.engines), extra_starts=1)
+    state = fit_study(study, Model(study, engines=stored.engines), extra_starts=1)
     answer = refine(study, state, propose=False)
     return {
         "kind": "one" if name else "nothing",

@@ -18,7 +18,7 @@ from pellet_study.challenge.demonstration import Demonstration
 from pellet_study.challenge.predictions import Stored, described
 from pellet_study.challenge.resume import Show, write
 from pellet_study.challenge.seeds import outside
-from pellet_study.criticism.calibration import calibrate
+from pellet_study.criticism.calibration import fit_study
 from pellet_study.criticism.compare import Comparison, compare
 from pellet_study.criticism.refine import Refinement, refine
 from pellet_study.errors import SimulationError
@@ -192,11 +192,11 @@ def _to_weigh(stored: Stored, number: int, folder: Path) -> bool:
 def answer(place: Path, stored: Stored) -> tuple[Refinement, Comparison]:
     """Refine a trial's study; the envelope stays shut. The comparison after it is that of the best of a tie."""
     study = load(place)
-    found = refine(study, calibrate(study, Model(study, engines=stored.engines)), propose=False)
+    found = refine(study, fit_study(study, Model(study, engines=stored.engines)), propose=False)
     after = found.steps[-1]
     if found.tied:
         best = found.best_of_tie()
-        after = compare(best, calibrate(best, Model(best, engines=stored.engines)))
+        after = compare(best, fit_study(best, Model(best, engines=stored.engines)))
     text = {
         "verdict": found.verdict,
         "added": found.added,

@@ -23,7 +23,7 @@ AGREE = (
 
 
 @dataclass(frozen=True)
-class Evidence:
+class CellMeans:
     """Cell means to fit, ready whitened.
 
     Parameters
@@ -94,8 +94,8 @@ def _shapes(means: np.ndarray) -> np.ndarray:
     return np.maximum(shape, 1e-12 * max(middle, 1e-150) ** 2)
 
 
-def gather(model: Model, rows: Sequence[Measurement]) -> Evidence:
-    """Evidence from the rows to fit."""
+def cell_means(model: Model, rows: Sequence[Measurement]) -> CellMeans:
+    """CellMeans from the rows to fit."""
     place = {key(case): k for k, case in enumerate(model.cases)}
     cells: dict[tuple, list[Measurement]] = {}
     for row in rows:
@@ -188,7 +188,7 @@ def gather(model: Model, rows: Sequence[Measurement]) -> Evidence:
                 if shared[a] and shared[a] == shared[b] and first[0].observable == second[0].observable:
                     covariance[a, b] = covariance[b, a] = setup_sd[a] * setup_sd[b]
         whiten = np.linalg.inv(np.linalg.cholesky(covariance + 1e-12 * np.diag(variance)))
-    return Evidence(
+    return CellMeans(
         case,
         mean,
         np.sqrt(variance),

@@ -4,14 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pellet_study.criticism.facts import finding, model_name, varying
 from pellet_study.criticism.rivals import TIE
+from pellet_study.criticism.verdicts import Note
 from pellet_study.output import style as look
 from pellet_study.output.style import DASHES, MARKERS, SERIES, label, styled
-
-
-def model_name(effects: Sequence[str]) -> str:
-    """`base`, or `base + cohesion`."""
-    return "base" + "".join(f" + {name}" for name in effects)
 
 
 @styled
@@ -55,12 +52,7 @@ def ladder(steps: Sequence[dict], ax=None):
 
 def _panels(rows: Sequence[dict]) -> list[tuple[str, str | None]]:
     """Rig and condition of every panel; a rig whose conditions never change has one panel, its rows in order."""
-    found = []
-    for rig in dict.fromkeys(r["rig"] for r in rows):
-        mine = [r["conditions"] for r in rows if r["rig"] == rig]
-        varied = [name for name in mine[0] if len({c.get(name) for c in mine}) > 1]
-        found += [(rig, name) for name in varied] or [(rig, None)]
-    return found
+    return [(rig, name) for rig, names in varying(rows).items() for name in names or [None]]
 
 
 @styled
@@ -139,14 +131,13 @@ def ranking(found: dict, ax=None):
 
     suspects = found["ranking"][::-1]
     figure, axes = look.new_axes(6.2, 1.3 + 0.34 * len(suspects), ax=ax)
-    tied = {name for names in found["tied"] for name in ([names] if isinstance(names, str) else names)}
+    named = set(finding(found).effects)
     best = max(s["chi2_drop"] for s in suspects)
-    named = tied or set(found["missing"])
     used = {}
     for k, s in enumerate(suspects):
         if s["effect"] in named:
-            face, hatch, kind = look.MODEL, None, "tied" if tied else "missing"
-        elif s["note"] == "implausible size":
+            face, hatch, kind = look.MODEL, None, "tied" if found["tied"] else "missing"
+        elif s["note"] == Note.IMPLAUSIBLE_SIZE:
             face, hatch, kind = "white", "////", "only at an implausible size"
         else:
             face, hatch, kind = "#C8C8C8", None, "does not explain, or cannot be seen"

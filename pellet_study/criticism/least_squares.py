@@ -12,7 +12,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pellet_study.criticism.cell_means import Evidence
+from pellet_study.criticism.cell_means import CellMeans
 from pellet_study.model.model import Model
 
 ROUNDS = 40
@@ -55,12 +55,12 @@ class Fit:
         return self.point[list(self.problem.free)]
 
 
-def fit(model: Model, evidence: Evidence, problem: Problem) -> Fit:
+def fit(model: Model, cells: CellMeans, problem: Problem) -> Fit:
     """One fit."""
-    return fit_many(model, evidence, [problem])[0]
+    return fit_many(model, cells, [problem])[0]
 
 
-def fit_many(model: Model, evidence: Evidence, problems: Sequence[Problem]) -> list[Fit]:
+def fit_many(model: Model, cells: CellMeans, problems: Sequence[Problem]) -> list[Fit]:
     """All fits in step, the best start of each."""
     if not problems:
         return []
@@ -81,7 +81,7 @@ def fit_many(model: Model, evidence: Evidence, problems: Sequence[Problem]) -> l
             unit[track, :p] = np.clip((start - problem.low) / (problem.high - problem.low), 0, 1)
             track += 1
 
-    target, step = evidence.mean, model.step
+    target, step = cells.mean, model.step
 
     def evaluate(which: np.ndarray, at: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Whitened residuals and their derivatives by the scaled parameters, for some tracks."""
@@ -96,8 +96,8 @@ def fit_many(model: Model, evidence: Evidence, problems: Sequence[Problem]) -> l
         for k in range(width):
             used = real[which, k]
             here[rows[used], 1 + k, column[which[used], k]] += span[which[used], k] * forward[used, k]
-        predicted = model.predict(here.reshape(-1, here.shape[-1])).mean[:, evidence.case]
-        predicted = evidence.whitened(target - predicted).reshape(len(which), 1 + width, -1)
+        predicted = model.predict(here.reshape(-1, here.shape[-1])).mean[:, cells.case]
+        predicted = cells.whitened(target - predicted).reshape(len(which), 1 + width, -1)
         slopes = (predicted[:, 0, None, :] - predicted[:, 1:, :]) / forward[:, :, None]
         return predicted[:, 0], np.where(real[which][:, :, None], slopes, 0.0)
 
