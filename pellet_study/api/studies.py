@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from pellet_study.errors import InputError
 from pellet_study.rigs.catalogue import Catalogue, standard
-from pellet_study.study import user_code
 from pellet_study.study.load import assembled, load
 from pellet_study.study.measurements import Measurement, read
 from pellet_study.study.study import Setting, Study
+from pellet_study.study.user_code import catalogue_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -86,9 +86,9 @@ def study_of(
     where = Path(folder) if folder is not None else None
     if where is not None:
         where.mkdir(parents=True, exist_ok=True)
-    everything = standard() if where is None else user_code.of_study(where)
+    everything = standard() if where is None else catalogue_of(where)
     study = assembled(given, _rows(measurements, everything), everything, "study_of", where)
-    simulated = [rig for rig in study.rigs if study.catalogue.rigs[rig].predict is None]
+    simulated = [rig for rig in study.rigs if study.catalogue.rigs[rig].on_yade]
     if simulated and where is None:
         raise InputError(f"{', '.join(simulated)} runs on YADE: name a folder for its simulations with folder=")
     return study

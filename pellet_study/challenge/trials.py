@@ -20,7 +20,7 @@ from pellet_study.criticism.refine import Refinement, refine
 from pellet_study.model.closed_form import ClosedForm
 from pellet_study.model.engine import Request
 from pellet_study.model.model import Model
-from pellet_study.rigs.catalogue import Acting
+from pellet_study.rigs.declared import Acting
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import Study
 

@@ -73,9 +73,9 @@ def run(arguments: argparse.Namespace) -> dict:
 
 
 def _law_checks(store: Path, quick: bool) -> pd.DataFrame:
-    from pellet_study.simulate import dispatch, law_checks
+    from pellet_study.simulate import dispatch, law_cases, law_checks
 
-    return law_checks.table(dispatch.run(law_checks.cases(quick=quick), store))
+    return law_checks.table(dispatch.run(law_cases.cases(quick=quick), store))
 
 
 def _full(folder: Path) -> None:

@@ -3,8 +3,6 @@
 import zlib
 from dataclasses import dataclass
 
-from pellet_study.rigs import on_yade
-
 BASE = 2.4  # points a term of the base surface
 SPARE = 2  # points beyond its terms, at least: they tell the scatter
 EFFECT = {1: 5, 2: 8}  # points of an effect's surface, by the sides it may take
@@ -34,10 +32,10 @@ class Point:
     seeds: int
 
 
-def _stream(site: Site, number: int = 0) -> int:
+def _stream(site: Site, paired: bool, number: int = 0) -> int:
     """A stream of seeds and places: by its number, in a paired rig also by the case."""
-    return number + 1000 * (zlib.crc32(repr(site).encode()) % 2**20 if on_yade.rig(site.rig).paired else 0)
+    return number + 1000 * (zlib.crc32(repr(site).encode()) % 2**20 if paired else 0)
 
 
-def _stream_of(site: Site, effect: str) -> int:
-    return _stream(site, 1 + zlib.crc32(effect.encode()) % STREAMS)
+def _stream_of(site: Site, effect: str, paired: bool) -> int:
+    return _stream(site, paired, 1 + zlib.crc32(effect.encode()) % STREAMS)

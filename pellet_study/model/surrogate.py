@@ -71,12 +71,7 @@ class Simulated:
     def __init__(self, study: Study, store: Path, workers: int | None = None, quiet: bool = False):
         self.catalogue, self.law, self.effort = study.catalogue, study.contact_law, study.effort
         self.store, self.workers, self.quiet = Path(store), workers, quiet
-        own = [effect for effect in study.catalogue.effects.values() if effect.own]
-        self._files = {
-            name: (rig.file, [effect.own for effect in own if name in effect.rigs])
-            for name, rig in study.catalogue.rigs.items()
-            if rig.predict is None
-        }
+        self.rigs = study.catalogue.rigs
         self.numerics = {"surface_energy_exponent": SCALINGS[study.surface_energy_scaling]}
         self.ranges = {name: Factor(s.low, s.high) for name, s in study.parameters.items() if s.free}
         self.warnings: list[str] = []
@@ -92,7 +87,6 @@ class Simulated:
 
     def predict(self, requests: Sequence[Request]) -> list[tuple[np.ndarray, np.ndarray]]:
         """Means and the variances of the means, (points, cases) for each request; NaN where the case cannot be simulated."""
-        self._use_files()
         sites = [self._sites(request) for request in requests]
         self._prepare(requests, sites)
         return [self._evaluate(request, mine) for request, mine in zip(requests, sites, strict=True)]
@@ -102,14 +96,13 @@ class Simulated:
 
         A case without a surface has the scatter of those of its rig.
         """
-        self._use_files()
         plans, readings = [], []
         for request in requests:
             effects = {e: {p: float(v[0, 0]) for p, v in values.items()} for e, values in request.effects.items()}
             for site in self._sites(request):
                 values = {k: float(request.parameters[k][0, 0]) for k in self._factors(site)}
                 seeds = self._seeds(site.rig)
-                first = 1000 * _stream(site, CHECK) * seeds
+                first = 1000 * _stream(site, self.rigs[site.rig].paired, CHECK) * seeds
                 plans += [(site, values, effects, first + b * seeds, seeds) for b in range(BLOCKS)]
         found = iter(self._run(plans, needed=False))
         for request in requests:
@@ -128,15 +121,10 @@ class Simulated:
         alike = [b.scatter for s, b in self._base.items() if (s.rig, s.observable) == (site.rig, site.observable)]
         return float(np.nanmedian(alike))
 
-    def _use_files(self) -> None:
-        """The study's own rigs and effects, until another study's engine asks for its own."""
-        for name, (file, effects) in self._files.items():
-            on_yade.use(name, file, effects)
-
     # sites and their designs
 
     def _seeds(self, rig: str) -> int:
-        return on_yade.rig(rig).seeds
+        return self.rigs[rig].seeds
 
     def _sites(self, request: Request) -> list[Site]:
         """The cases of a request, known and fixed parameters with their values."""
@@ -146,7 +134,7 @@ class Simulated:
         if key in self._known:
             return self._known[key]
         count = len(next(iter(request.conditions.values())))
-        conditions = on_yade.rig(request.rig).conditions
+        conditions = self.rigs[request.rig].conditions
         found = []
         for k in range(count):
             fixed = {}
@@ -163,15 +151,15 @@ class Simulated:
 
     def _factors(self, site: Site) -> dict[str, Factor]:
         fixed = dict(site.fixed)
-        return {n: f for n, f in self.ranges.items() if n in on_yade.rig(site.rig).parameters and n not in fixed}
+        return {n: f for n, f in self.ranges.items() if n in self.rigs[site.rig].parameters and n not in fixed}
 
     def _base_points(self, site: Site) -> list[Point]:
         factors = self._factors(site)
         p = len(factors)
-        least = PAIRED_EFFECT * self.effort if on_yade.rig(site.rig).paired else 4
+        least = PAIRED_EFFECT * self.effort if self.rigs[site.rig].paired else 4
         terms = (p + 1) * (p + 2) // 2
         count = int(np.ceil(max(least, terms + SPARE, BASE * terms * self.effort)))
-        stream, seeds = _stream(site), self._seeds(site.rig)
+        stream, seeds = _stream(site, self.rigs[site.rig].paired), self._seeds(site.rig)
         return [
             Point(site, self._values(factors, x), None, (1000 * stream + k) * seeds, seeds)
             for k, x in enumerate(spread(count, p, seed=1 + stream))
@@ -181,7 +169,7 @@ class Simulated:
         """Points with an effect: in a paired rig some of the base surface's, one after the other; else others."""
         effect, factors = self.catalogue.effects[name], self._factors(site)
         shapes = list(effect.parameters)[1:]
-        paired, stream = on_yade.rig(site.rig).paired, _stream_of(site, name)
+        paired, stream = self.rigs[site.rig].paired, _stream_of(site, name, self.rigs[site.rig].paired)
         seeds = max(1, round(EFFECT_SEEDS * self._seeds(site.rig)))
         count = int(np.ceil((PAIRED_EFFECT if paired else EFFECT[effect.sides]) * self.effort))
         u = amounts(count, effect.sides)
@@ -239,7 +227,7 @@ class Simulated:
         plans = {s: self._base_points(s) for s in bases}
         plans |= {key: self._effect_points(*key) for key in wanted}
         points = [p for plan in plans.values() for p in plan]
-        pairs = [key for key in wanted if on_yade.rig(key[0].rig).paired]
+        pairs = [key for key in wanted if self.rigs[key[0].rig].paired]
         points += [replace(p, effect=None) for key in pairs for p in plans[key]]  # the same without the effect
         points = list(dict.fromkeys(points))
         found = self._run(
@@ -294,7 +282,7 @@ class Simulated:
             self.failed[site, name] = f"{lost}: what {name} would do there is not known"
             self.warnings.append(self.failed[site, name])
         without = None
-        if on_yade.rig(site.rig).paired:
+        if self.rigs[site.rig].paired:
             without, _ = self._means_of(site, [replace(p, effect=None) for p in plan], results)
         x = self._scaled(site, [p.factors for p in plan])
         given = [dict(p.effect[1]) for p in plan]
@@ -335,15 +323,15 @@ class Simulated:
         keys, cases = [], []
         for site, factors, effects, first, seeds in plans:
             case = on_yade.case(
-                site.rig,
-                contact_law=self.law if self.law in on_yade.rig(site.rig).contact_laws else None,
+                self.rigs[site.rig],
+                contact_law=self.law if self.law in self.rigs[site.rig].contact_laws else None,
                 seed=first,
                 parameters={**dict(site.fixed), **factors},
                 conditions=dict(site.conditions),
                 effects=effects,
-                numerics={k: v for k, v in self.numerics.items() if k in on_yade.rig(site.rig).numerics},
+                numerics={k: v for k, v in self.numerics.items() if k in self.rigs[site.rig].numerics},
             )
-            text = json.dumps([case, seeds, on_yade.rig(site.rig).fingerprint, yade.version()], sort_keys=True)
+            text = json.dumps([case, seeds, self.rigs[site.rig].fingerprint, yade.version()], sort_keys=True)
             key = (hashlib.sha256(text.encode()).hexdigest()[:20], site.observable)
             keys.append(key)
             if key not in memory:
@@ -352,7 +340,7 @@ class Simulated:
         if fresh:
             flat = [case for group in fresh.values() for case in group]
             self.simulated += len(flat)
-            table = dispatch.run(flat, self.store, workers=self.workers, quiet=self.quiet)
+            table = dispatch.run(flat, self.store, rigs=self.rigs, workers=self.workers, quiet=self.quiet)
             place = 0
             for key, group in fresh.items():
                 rows = table.iloc[place : place + len(group)]

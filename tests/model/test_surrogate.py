@@ -212,7 +212,7 @@ def test_an_effect_that_cannot_be_simulated_silences_no_other(tmp_path, monkeypa
     points[1, model.column["adhesion.surface_energy"]] = 0.1
     points[2, model.column["plate_tilt.tilt_deg"]] = 1.0
     mean = model.predict(points).mean
-    assert np.isnan(mean[1]).all() and {name for _, name in model.engines["slope_slip"].dead} == {"adhesion"}
+    assert np.isnan(mean[1]).all() and {name for _, name in model.engines["slope_slip"].failed} == {"adhesion"}
     assert mean[2] == pytest.approx(mean[0] - 1, abs=0.1)
     assert any("jammed: what adhesion would do" in text for text in model.warnings)
     found = diagnose(load(tmp_path / "s"))

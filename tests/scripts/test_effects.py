@@ -14,6 +14,8 @@ from scipy.spatial import ConvexHull
 
 from pellet_study.errors import InputError
 from pellet_study.rigs import catalogue, on_yade
+from pellet_study.rigs.declared import rig_in
+from pellet_study.rigs.scripts import imported
 from pellet_study.simulate import dispatch
 from tests import HELPERS
 from yade_scripts import contacts, particles
@@ -130,16 +132,14 @@ def read(tmp_path_factory):
             ],
         )
     )
-    folders = on_yade.FOLDERS
-    on_yade.FOLDERS = [*folders, HELPERS / "effect_rigs"]
-    on_yade.rig.cache_clear()
+    known = {file.stem: rig_in(file) for file in (HELPERS / "effect_rigs").glob("*.py")}
     cases = [
-        on_yade.case(rig, parameters=parameters, conditions=conditions, effects=effects, numerics=numerics)
+        on_yade.case(
+            known.get(rig, rig), parameters=parameters, conditions=conditions, effects=effects, numerics=numerics
+        )
         for rig, parameters, conditions, effects, numerics in wanted
     ]
-    rows = dispatch.run(cases, tmp_path_factory.mktemp("effects") / ".store", workers=1, quiet=True)
-    on_yade.FOLDERS = folders
-    on_yade.rig.cache_clear()
+    rows = dispatch.run(cases, tmp_path_factory.mktemp("effects") / ".store", rigs=known, workers=1, quiet=True)
     assert set(rows["status"]) == {"ok"}, rows.loc[rows["status"] != "ok", ["rig", "status"]].to_string()
     found = {repr(case): row for case, (_, row) in zip(wanted, rows.iterrows(), strict=True)}
     return lambda case: found[repr(case)]
@@ -164,8 +164,8 @@ def test_an_effect_is_refused_by_a_rig_it_does_not_touch():
 
 @pytest.mark.parametrize("name", BENCH)
 def test_the_fingerprint_of_a_rig_covers_its_effects(name):
-    imported = {file.name for file in on_yade._imported(on_yade.rig(name).file.read_bytes())}
-    assert {f"{effect}.py" for effect in on_yade.rig(name).effects} | {"acting.py"} <= imported
+    files = {file.name for file in imported(on_yade.rig(name).script.read_bytes())}
+    assert {f"{effect}.py" for effect in on_yade.rig(name).effects} | {"acting.py"} <= files
 
 
 def test_absent_effects_leave_the_answers_as_they_were_without_effects(read):

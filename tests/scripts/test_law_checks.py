@@ -8,17 +8,17 @@ import pandas as pd
 import pytest
 
 from pellet_study.rigs import on_yade
-from pellet_study.simulate import dispatch, law_checks, yade
+from pellet_study.rigs.scripts import SCRIPTS
+from pellet_study.simulate import dispatch, law_cases, law_checks, yade
+from pellet_study.simulate.law_cases import COHESIVE, MINDLIN
 from yade_scripts import contacts
 from yade_scripts.checks import sphere_scene
-
-MINDLIN, COHESIVE = law_checks.MINDLIN, law_checks.COHESIVE
 
 
 @pytest.fixture(scope="module")
 def table(tmp_path_factory):
     """All checks on YADE, about 20 s of one core."""
-    rows = dispatch.run(law_checks.cases(), tmp_path_factory.mktemp("store"), quiet=True)
+    rows = dispatch.run(law_cases.cases(), tmp_path_factory.mktemp("store"), quiet=True)
     assert (rows["status"] == "ok").all(), rows.loc[rows["status"] != "ok", ["rig", "status"]].to_string()
     return law_checks.table(rows)
 
@@ -159,9 +159,9 @@ def test_damping_ratio_against_another_integration():
 
 
 def test_quick_is_part_of_the_whole():
-    everything, quick = law_checks.cases(), law_checks.cases(quick=True)
+    everything, quick = law_cases.cases(), law_cases.cases(quick=True)
     assert all(case in everything for case in quick)
-    assert {case["rig"] for case in quick} == set(law_checks.CHECKS)
+    assert {case["rig"] for case in quick} == set(law_cases.CHECKS)
     assert {case["contact_law"] for case in quick} == {MINDLIN, COHESIVE}
     assert len(quick) < len(everything) / 3
 
@@ -193,7 +193,7 @@ def test_a_failed_simulation_is_not_within():
 
 
 def test_a_check_runs_by_hand(tmp_path):
-    check = on_yade.SCRIPTS / "checks" / "hertz.py"
+    check = SCRIPTS / "checks" / "hertz.py"
     for arguments in (("--example", "cases.json"), ("cases.json", "observables.csv")):
         subprocess.run(
             yade.command(check, *arguments),

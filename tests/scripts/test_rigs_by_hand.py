@@ -8,10 +8,10 @@ from pathlib import Path
 
 import pytest
 
-from pellet_study.rigs import on_yade
+from pellet_study.rigs import on_yade, scripts
 from yade_scripts import case as case_file
 
-SCRIPTS = Path(on_yade.SCRIPTS)
+SCRIPTS = Path(scripts.SCRIPTS)
 
 
 def yade(*arguments: str, folder: Path) -> subprocess.CompletedProcess:
