@@ -12,6 +12,7 @@ import os
 import shutil
 import subprocess
 import sys
+import tempfile
 from pathlib import Path
 
 CRITICISM = (["compare"], ["diagnose"], ["refine"], ["history"])
@@ -25,7 +26,7 @@ RUNS = {
     "results/paper_heaps": (["compare"],),
     "results/hidden_effect/sealed/03": (["diagnose"],),
     "results/quick": (["bench"], ["report"]),
-    "results/full": (["calibrate", "STUDY", "--quick", "STUDY"], ["report"]),
+    "results/full": (["calibrate", "STUDY", "--quick", "STUDY", "--results", "STUDY/powder"], ["report"]),
     "results/paper": (
         ["audit"],
         ["pb", "STUDY/table07_design.csv"],
@@ -40,7 +41,7 @@ def answer(checkout: Path, name: str, words: list[str], folder: Path, store: Pat
     """What a command writes on the study as it stands in `folder`: its JSON, its output, and the files it leaves."""
     kept = folder / ".store"
     if store.exists() and not kept.exists():
-        store.rename(kept)
+        shutil.move(store, kept)
     words = [*words[:1], "STUDY"] if len(words) == 1 and words != ["audit"] else words
     command = [word.replace("STUDY", str(folder)) for word in words]
     json_file = folder.parent / "answer.json"
@@ -54,13 +55,14 @@ def answer(checkout: Path, name: str, words: list[str], folder: Path, store: Pat
     )
     if kept.exists():
         store.parent.mkdir(parents=True, exist_ok=True)
-        kept.rename(store)
+        shutil.move(kept, store)
     found = {"exit": str(done.returncode).encode(), "stdout": done.stdout, "stderr": done.stderr}
     found["json"] = json_file.read_bytes() if json_file.exists() else b""
     for file in sorted(folder.rglob("*")):
         if file.suffix in (".json", ".txt", ".csv", ".html", ".toml", ".md"):
             found[str(file.relative_to(folder))] = file.read_bytes()
-    return found
+    place = str(folder.parents[1]).encode()  # stands in what is printed; of the same length at every call
+    return {name: content.replace(place, b"." * len(place)) for name, content in found.items()}
 
 
 def answers(checkout: Path, name: str, work: Path, store: Path) -> Path:
@@ -117,17 +119,18 @@ def main() -> int:
     work, wrong = arguments.work.resolve(), 0
     for name in arguments.only:
         store = work / "stores" / name.replace("/", "_")
-        place = work / "run"  # the same for both: paths stand in the answers
+        place = Path(tempfile.mkdtemp(prefix="same_answers_"))
         found = []
         for which, checkout in (("before", arguments.before), ("after", arguments.after)):
             kept = work / which / name.replace("/", "_")
             if which == "after" or not kept.exists():
                 shutil.rmtree(kept, ignore_errors=True)
-                shutil.rmtree(place, ignore_errors=True)
+                shutil.rmtree(place / "study", ignore_errors=True)
                 made = answers(checkout.resolve(), name, place, store)
                 kept.parent.mkdir(parents=True, exist_ok=True)
-                made.rename(kept)
+                shutil.move(made, kept)
             found.append(kept)
+        shutil.rmtree(place)
         unlike = differing(*found)
         wrong += bool(unlike)
         bad = [str(f.parent.relative_to(found[1])) for f in found[1].rglob("exit") if f.read_bytes() != b"0"]

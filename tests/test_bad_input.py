@@ -13,7 +13,7 @@ from hypothesis import strategies as st
 from pellet_study.__main__ import main
 from pellet_study.errors import InputError
 from pellet_study.rigs import catalogue
-from pellet_study.study import load
+from pellet_study.study.load import KEYS, load
 from pellet_study.study.measurements import read
 
 HEAD = "rig,observable,value,layer_height_mm"
@@ -236,9 +236,9 @@ def test_every_command_refuses_alike(tmp_path, capsys, command):
     ids=["BOM", "CRLF", "BOM and CRLF", "CR", "no last newline", "blank lines", "blanks", "quotes"],
 )
 def test_other_ways_to_write_the_same_are_accepted(tmp_path, change):
-    one = load.load(folder(tmp_path / "one"))
+    one = load(folder(tmp_path / "one"))
     toml = change(TOML) if change("\n") in ("\ufeff\n", "\r\n", "\ufeff\r\n") else TOML
-    other = load.load(folder(tmp_path / "other", toml, change(ROWS)))
+    other = load(folder(tmp_path / "other", toml, change(ROWS)))
     assert [(r.value, r.conditions) for r in other.rows] == [(r.value, r.conditions) for r in one.rows]
     assert other.parameters == one.parameters
 
@@ -451,7 +451,7 @@ def test_a_rig_of_ones_own_that_does_not_answer_as_it_says(tmp_path, capsys, old
         "rig,observable,value,load_pa\npad,slip_stress_pa,3,7\npad,slip_stress_pa,4,9\n"
     )
     (path / "study.toml").write_text("[parameters]\nmu = { min = 0.1, max = 1.0 }\n")
-    load.load(path)
+    load(path)
     (path / "rigs" / "pad.py").write_text(RIG.replace(old, new))
     refused(path, capsys, words)
 
@@ -494,7 +494,7 @@ def test_good_measurements_are_read_to_the_last_digit(tmp_path, given_rows):
 
 
 KEYS = st.sampled_from(
-    [*load.KEYS, "internal_friction", "cohesion", "cohesive_stress_pa", "value", "min", "max", "layer_on_incline", "layer_height_mm"]
+    [*KEYS, "internal_friction", "cohesion", "cohesive_stress_pa", "value", "min", "max", "layer_on_incline", "layer_height_mm"]
 )  # fmt: skip
 SCALAR = st.one_of(
     st.booleans(),
@@ -529,7 +529,7 @@ def test_any_study_is_read_or_refused(tmp_path, whole):
         folder(path)
     (path / "study.toml").write_text("\n".join(f"{key} = {toml(value)}" for key, value in whole.items()))
     try:
-        found = load.load(path)
+        found = load(path)
     except InputError as error:
         assert str(path) in str(error) and "\n" not in str(error)
     else:

@@ -36,7 +36,8 @@ ROOMS = {
     "powder": f"{SIMULATION} doe paper heap bench",
     "report": f"{SIMULATION} model criticism doe paper heap bench powder",
     "challenge": f"{SIMULATION} model criticism",
-    "commands": f"{SIMULATION} model criticism doe paper heap bench powder report challenge",
+    "api": f"{SIMULATION} model criticism doe powder",
+    "commands": f"{SIMULATION} model criticism doe paper heap bench powder report challenge api",
     "__main__": "errors study commands",
 }
 ORDER = re.compile(r"(< )?[\w/]+(( <|,) [\w/]+)*,?")  # a line of an order: names parted by `<` or commas

@@ -4,9 +4,7 @@ A trial is (kind, hidden, lambda, number); its seed is made of these, so the cam
 The numbers from 0 on are the published ones; whoever tunes the method does so on others (`first`).
 """
 
-import csv
 import json
-import time
 import zlib
 from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
@@ -14,8 +12,22 @@ from pathlib import Path
 import numpy as np
 
 from pellet_study.challenge import trials, twins
-from pellet_study.challenge.counting import inside, interval, named, right, unexplained, wrong
-from pellet_study.criticism.diagnose import GATE
+from pellet_study.challenge.aims import Figure, Row, coverage, quantity, share
+from pellet_study.challenge.counting import (
+    gate_opens,
+    improved,
+    inside,
+    named,
+    names,
+    noticed,
+    right,
+    unexplained,
+    wrong,
+)
+from pellet_study.challenge.kinds import CONFUSED, HELD_OUT, OUTSIDE, SINGLE, plan
+from pellet_study.challenge.resume import Show, read, resume, write
+
+KNOWN = "sd by a known rule"
 
 COLUMNS = (
     "kind",
@@ -34,44 +46,6 @@ COLUMNS = (
     "size_ratio",
     "next_rig",
 )
-SINGLE = [e.name for e in twins.CANDIDATES if e.name not in twins.SAME]
-OUTSIDE = [e.name for e in twins.OUTSIDE]
-CONFUSED = (("viscoelastic_restitution", "plastic_restitution"), ("adhesion", "load_dependent_friction"))
-PAIRS = [  # in different rigs
-    "plastic_restitution+cohesion",
-    "speed_dependent_rolling+load_dependent_friction",
-    "plastic_restitution+load_dependent_friction",
-    "reading_offset+foot_loss",
-    "air_drag+cohesion",
-    "load_dependent_friction+fall_height_flattening",
-]
-MASKED = ["viscoelastic_restitution+speed_dependent_rolling"]  # one candidate, air drag, explains both
-HELD_OUT = frozenset(
-    k
-    for k, (rig, _, c) in enumerate(twins.conditions())
-    if (rig == "rebound" and c["drop_height_mm"] in (20.0, 450.0))
-    or (rig == "slope_slip" and c["added_mass_mg"] == 100.0)
-    or (rig == "inclined_roll" and c["release_distance_mm"] == 480.0)
-    or (rig == "repose" and c["particle_diameter_um"] == 100.0 and c["outlet_height_mm"] != 60.0)
-)
-
-
-def plan(scale: float = 1.0) -> list[tuple[str, str, float, int]]:
-    """(kind, hidden, lambda, how many), times `scale`."""
-    found = [("nothing", "", 0.0, 2000), ("nothing, set-up scatter", "", 1.0, 500)]
-    found += [("one", name, 8.0, 500) for name in SINGLE]
-    found += [("one", name, lam, n) for lam, n in ((4.0, 500), (6.0, 200)) for name in SINGLE]
-    found += [("nothing, sd stated", "", 0.0, 1000)]
-    found += [("one, sd stated", name, 4.0, 200) for name in SINGLE]
-    found += [("outside, sd stated", "wet_film", 8.0, 500)]
-    found += [("outside", name, 8.0, 500) for name in OUTSIDE]
-    found += [("outside", "wet_film", 12.0, 500)]
-    found += [("next", name, 6.0, 500) for pair in CONFUSED for name in pair]
-    found += [("next at random", name, 6.0, 100) for pair in CONFUSED for name in pair]
-    found += [("pair", name, 6.0, 150) for name in PAIRS]
-    found += [("masked pair", name, 6.0, 150) for name in MASKED]
-    found += [("held out", name, 8.0, 100) for name in SINGLE] + [("held out", "", 8.0, 500)]
-    return [(kind, hidden, lam, max(1, round(scale * n))) for kind, hidden, lam, n in found]
 
 
 def one(kind: str, hidden: str, lam: float, number: int) -> dict | None:
@@ -106,160 +80,135 @@ def one(kind: str, hidden: str, lam: float, number: int) -> dict | None:
     }
 
 
-def run(file: Path, scale: float = 1.0, seconds: float = np.inf, first: int = 0, show=None) -> int:
+def run(file: Path, scale: float = 1.0, seconds: float = np.inf, first: int = 0, show: Show | None = None) -> int:
     """Do what is missing from the table, every kind growing alike; returns how many were done."""
-    done = (
-        {(r["kind"], r["hidden"], float(r["lambda"]), int(r["number"])) for r in read(file)} if file.exists() else set()
-    )
+    done = {(r["kind"], r["hidden"], float(r["lambda"]), int(r["number"])) for r in read(file)}
     jobs = [(k / n, kind, hidden, lam, first + k) for kind, hidden, lam, n in plan(scale) for k in range(n)]
-    jobs = [job for job in sorted(jobs, key=lambda j: j[0]) if job[1:] not in done]
-    until, count = time.monotonic() + seconds, 0
-    new = not file.exists()
-    with file.open("a", newline="", encoding="utf-8") as handle:
-        writer = csv.DictWriter(handle, COLUMNS, lineterminator="\n")
-        if new:
-            writer.writeheader()
-        for _, kind, hidden, lam, number in jobs:
-            if time.monotonic() > until:
-                break
-            row = one(kind, hidden, lam, number)
-            if row is not None:
-                writer.writerow(row)
-                handle.flush()
-                count += 1
-            if show is not None:
-                show(count, len(jobs))
-    return count
+    jobs = [job[1:] for job in sorted(jobs, key=lambda j: j[0]) if job[1:] not in done]
+    return resume(file, COLUMNS, jobs, one, seconds, show)
 
 
-def read(file: Path) -> list[dict]:
-    """Rows of a trial table, those that were cut off left out."""
-    with file.open(newline="", encoding="utf-8") as handle:
-        return [row for row in csv.DictReader(handle) if None not in row and None not in row.values()]
-
-
-def figures(rows: list[dict]) -> list[dict]:
+def figures(rows: Sequence[Row]) -> list[Figure]:
     """The acceptance figures, each beside its aim."""
-    found: list[dict] = []
+    of = _Chosen(rows)
+    single = of("one", 8.0)
+    alone = [r for r in single if right(r) and r["verdict"] != "tied"]
+    return [
+        *_nothing_or_weak(of),
+        *_strong(of, single),
+        *_after_one_measurement(of),
+        *_outside(of),
+        *_held_out(of),
+        *coverage("95 % intervals of the constants cover, after the addition", alone, 0.93, 0.97),
+        *quantity(
+            "fitted over hidden size, mean",
+            [float(r["size_ratio"]) for r in alone],
+            least=0.9, most=1.1, aim="0.9 to 1.1", of=np.mean,
+        ),
+        *_pairs(of),
+    ]  # fmt: skip
 
-    def add(label: str, aim: str, measured: str, between: str, trials: int, met: bool) -> None:
-        said = "" if aim in ("", "for comparison") else "yes" if met else "no"
-        found.append(
-            {"figure": label, "aim": aim, "measured": measured, "interval": between, "trials": trials, "met": said}
-        )
 
-    def share(
-        label: str, chosen: list[dict], hit: Callable, least=0, most=100, bound=100, aim: str | None = None
-    ) -> None:
-        """Percent of some trials; aim: between `least` and `most`, the upper end of its interval below `bound`."""
-        if not chosen:
-            return
-        hits, n = sum(map(hit, chosen)), len(chosen)
-        low, high = interval(hits, n)
-        if aim is None:
-            aim = f">= {least} %" if least else f"<= {most} %" + (f", upper bound < {bound} %" if bound < 100 else "")
-        met = least <= 100 * hits / n <= most and 100 * high <= bound
-        add(label, aim, f"{100 * hits / n:.1f} %", f"{100 * low:.1f} to {100 * high:.1f} %", n, met)
+class _Chosen:
+    """Rows of a kind, a strength and what is hidden."""
 
-    def quantity(
-        label: str, values: Sequence[float], least=0.0, most=np.inf, aim: str | None = None, of=np.median
-    ) -> None:
-        if len(values):
-            value = float(of(values))
-            aim = f"<= {most:g}" if aim is None else aim
-            add(label, aim, f"{value:.3g}", "", len(values), least <= value <= most)
+    def __init__(self, rows: Sequence[Row]):
+        self.rows = rows
 
-    def of(kind: str, lam: float | None = None, hidden: str | None = None) -> list[dict]:
+    def __call__(self, kind: str, lam: float | None = None, hidden: str | None = None) -> list[Row]:
         return [
             r
-            for r in rows
+            for r in self.rows
             if r["kind"] == kind
             and (lam is None or float(r["lambda"]) == lam)
             and (hidden is None or r["hidden"] == hidden)
         ]
 
-    def by(kind: str, lam: float, effects: Iterable[str], hit: Callable) -> list[str]:
+    def by_share(self, kind: str, lam: float, effects: Iterable[str], hit: Callable[[Row], bool]) -> list[str]:
         """Effects that have trials, those with the smallest share first."""
-        present = [e for e in effects if of(kind, lam, e)]
-        return sorted(present, key=lambda e: np.mean([hit(r) for r in of(kind, lam, e)]))
+        present = [e for e in effects if self(kind, lam, e)]
+        return sorted(present, key=lambda e: float(np.mean([hit(r) for r in self(kind, lam, e)])))
 
-    def names(row: dict) -> bool:
-        return bool(named(row))
 
-    def noticed(row: dict) -> bool:
-        return row["first"] != "adequate"
-
-    def opens(row: dict) -> bool:
-        return float(row["gate_p"]) < GATE
-
-    def improved(chosen: list[dict]) -> list[float]:
-        return [float(r["rms_after"]) / float(r["rms_before"]) for r in chosen]
-
+def _nothing_or_weak(of: _Chosen) -> list[Figure]:
+    """False alarms, and what is noticed of weak effects."""
     scattered = "nothing hidden, set-up scatter of one standard error"
-    share("nothing hidden: an effect named", of("nothing"), names, most=5, bound=8)
-    share("nothing hidden: any verdict but adequate", of("nothing"), noticed, most=5, bound=8)
-    share(f"{scattered}: an effect named", of("nothing, set-up scatter"), names, most=10)
-    share(f"{scattered}: gate opens", of("nothing, set-up scatter"), opens, most=10)
-    share("lambda 4: noticed", of("one", 4.0), noticed, least=88)
-    share("lambda 6: noticed", of("one", 6.0), noticed, least=98)
-    known = "sd by a known rule"
-    share(f"nothing hidden, {known}: any verdict but adequate", of("nothing, sd stated"), noticed, most=5, bound=8)
-    share(f"lambda 4, {known}: noticed", of("one, sd stated", 4.0), noticed, least=88)
+    five = {"most": 0.05, "bound": 0.08}
+    return [
+        *share("nothing hidden: an effect named", of("nothing"), names, **five),
+        *share("nothing hidden: any verdict but adequate", of("nothing"), noticed, **five),
+        *share(f"{scattered}: an effect named", of("nothing, set-up scatter"), names, most=0.1),
+        *share(f"{scattered}: gate opens", of("nothing, set-up scatter"), gate_opens, most=0.1),
+        *share("lambda 4: noticed", of("one", 4.0), noticed, least=0.88),
+        *share("lambda 6: noticed", of("one", 6.0), noticed, least=0.98),
+        *share(f"nothing hidden, {KNOWN}: any verdict but adequate", of("nothing, sd stated"), noticed, **five),
+        *share(f"lambda 4, {KNOWN}: noticed", of("one, sd stated", 4.0), noticed, least=0.88),
+    ]
 
-    single = of("one", 8.0)
-    share("lambda 8: truth unique or in the tie", single, inside, least=97)
-    for e in by("one", 8.0, SINGLE, inside)[:1]:
-        share(f"  worst effect ({e})", of("one", 8.0, e), inside, least=95)
-    share("lambda 8: unique and right, average", single, right, least=80)
-    share("lambda 8: unique and wrong, average", single, wrong, most=2)
-    for e in by("one", 8.0, SINGLE, wrong)[-1:]:
-        share(f"  worst effect ({e})", of("one", 8.0, e), wrong, most=5)
+
+def _strong(of: _Chosen, single: Sequence[Row]) -> list[Figure]:
+    """Effects hidden at lambda 8, and the worst of them."""
+    found = share("lambda 8: truth unique or in the tie", single, inside, least=0.97)
+    for e in of.by_share("one", 8.0, SINGLE, inside)[:1]:
+        found += share(f"  worst effect ({e})", of("one", 8.0, e), inside, least=0.95)
+    found += share("lambda 8: unique and right, average", single, right, least=0.8)
+    found += share("lambda 8: unique and wrong, average", single, wrong, most=0.02)
+    for e in of.by_share("one", 8.0, SINGLE, wrong)[-1:]:
+        found += share(f"  worst effect ({e})", of("one", 8.0, e), wrong, most=0.05)
+    return found
+
+
+def _after_one_measurement(of: _Chosen) -> list[Figure]:
+    """Pairs that are mostly tied, after the one measurement that was proposed; the worse pair first."""
     pairs = {pair: [r for r in of("next", 6.0) if r["hidden"] in pair] for pair in CONFUSED}
     pairs = {pair: some for pair, some in pairs.items() if some}
-    for k, pair in enumerate(sorted(pairs, key=lambda p: np.mean([right(r) for r in pairs[p]]))):
+    found: list[Figure] = []
+    for k, pair in enumerate(sorted(pairs, key=lambda p: float(np.mean([right(r) for r in pairs[p]])))):
         label, drawn = " or ".join(pair), [r for r in of("next at random", 6.0) if r["hidden"] in pair]
-        share(f"after the one proposed measurement, lambda 6: {label}", pairs[pair], right, least=90 if k else 60)
-        share(f"  after one drawn at random: {label}", drawn, right, aim="for comparison")
+        proposed = f"after the one proposed measurement, lambda 6: {label}"
+        found += share(proposed, pairs[pair], right, least=0.9 if k else 0.6)
+        found += share(f"  after one drawn at random: {label}", drawn, right, aim="for comparison")
         for e in pair:
-            share(f"  of these, {e}", of("next", 6.0, e), right, aim="")
-
-    plain = [r for r in of("outside", 8.0) if r["hidden"] != "wet_film"]
-    share("outside the candidates, lambda 8: unexplained", plain, unexplained, least=90)
-    share("outside the candidates, lambda 8: a wrong name", plain, names, most=2)
-    for e in OUTSIDE:
-        share(f"  {e}: unexplained", of("outside", 8.0, e), unexplained, aim="")
-    alike = "look-alike outside (wet_film), lambda"
-    share(f"{alike} 8: a wrong name", of("outside", 8.0, "wet_film"), names, most=25)
-    share(f"{alike} 12: a wrong name", of("outside", 12.0, "wet_film"), names, most=5)
-    share(f"{alike} 8, {known}: a wrong name", of("outside, sd stated", 8.0, "wet_film"), names, most=25)
-
-    held, null_held = [r for r in of("held out", 8.0) if r["hidden"]], of("held out", 8.0, "")
-    alone = [r for r in held if right(r) and r["verdict"] != "tied"]
-    quantity("held-out error after/before, median, lambda 8", improved(held), most=0.5)
-    quantity("held-out error after, median, standard errors", [float(r["rms_after"]) for r in held], most=1.6)
-    quantity("  where the truth was added alone: after/before", improved(alone), aim="")
-    quantity("held-out error after/before, nothing hidden, median", improved(null_held), most=1.05)
-    unique = [r for r in single if right(r) and r["verdict"] != "tied"]
-    if unique:
-        covered, constants = sum(int(r["covered"]) for r in unique), sum(int(r["constants"]) for r in unique)
-        low, high = interval(covered, constants)
-        add(
-            "95 % intervals of the constants cover, after the addition",
-            "93 to 97 %",
-            f"{100 * covered / constants:.1f} %",
-            f"{100 * low:.1f} to {100 * high:.1f} %",
-            len(unique),
-            0.93 <= covered / constants <= 0.97,
-        )
-    sizes = [float(r["size_ratio"]) for r in unique]
-    quantity("fitted over hidden size, mean", sizes, least=0.9, most=1.1, aim="0.9 to 1.1", of=np.mean)
-
-    pair = "two effects in different rigs, lambda 6 each"
-    share(f"{pair}: both in the answer or its ties", of("pair", 6.0), inside, least=90)
-    imitated = "  a pair in different rigs that one candidate (air_drag) imitates"
-    share(imitated, of("masked pair", 6.0), inside, aim="for comparison")
-    share(f"{pair}: exactly these, no rivals", of("pair", 6.0), right, aim="for comparison")
+            found += share(f"  of these, {e}", of("next", 6.0, e), right, aim="")
     return found
+
+
+def _outside(of: _Chosen) -> list[Figure]:
+    """Effects that are no candidates; the look-alike among them apart."""
+    plain = [r for r in of("outside", 8.0) if r["hidden"] != "wet_film"]
+    alike = "look-alike outside (wet_film), lambda"
+    return [
+        *share("outside the candidates, lambda 8: unexplained", plain, unexplained, least=0.9),
+        *share("outside the candidates, lambda 8: a wrong name", plain, names, most=0.02),
+        *(row for e in OUTSIDE for row in share(f"  {e}: unexplained", of("outside", 8.0, e), unexplained, aim="")),
+        *share(f"{alike} 8: a wrong name", of("outside", 8.0, "wet_film"), names, most=0.25),
+        *share(f"{alike} 12: a wrong name", of("outside", 12.0, "wet_film"), names, most=0.05),
+        *share(f"{alike} 8, {KNOWN}: a wrong name", of("outside, sd stated", 8.0, "wet_film"), names, most=0.25),
+    ]
+
+
+def _held_out(of: _Chosen) -> list[Figure]:
+    """Errors of rows that took no part."""
+    held, nothing = [r for r in of("held out", 8.0) if r["hidden"]], of("held out", 8.0, "")
+    alone = [r for r in held if right(r) and r["verdict"] != "tied"]
+    after = [float(r["rms_after"]) for r in held]
+    return [
+        *quantity("held-out error after/before, median, lambda 8", improved(held), most=0.5),
+        *quantity("held-out error after, median, standard errors", after, most=1.6),
+        *quantity("  where the truth was added alone: after/before", improved(alone), aim=""),
+        *quantity("held-out error after/before, nothing hidden, median", improved(nothing), most=1.05),
+    ]
+
+
+def _pairs(of: _Chosen) -> list[Figure]:
+    """Two effects at once."""
+    pair = "two effects in different rigs, lambda 6 each"
+    imitated = "  a pair in different rigs that one candidate (air_drag) imitates"
+    return [
+        *share(f"{pair}: both in the answer or its ties", of("pair", 6.0), inside, least=0.9),
+        *share(imitated, of("masked pair", 6.0), inside, aim="for comparison"),
+        *share(f"{pair}: exactly these, no rivals", of("pair", 6.0), right, aim="for comparison"),
+    ]
 
 
 def by_effect(rows: list[dict]) -> list[dict]:
@@ -289,10 +238,7 @@ def write_tables(rows: list[dict], folder: Path, command: str) -> None:
     """acceptance.csv, by_effect.csv and acceptance.md."""
     aims, effects = figures(rows), by_effect(rows)
     for name, table in (("acceptance.csv", aims), ("by_effect.csv", effects)):
-        with (folder / name).open("w", newline="", encoding="utf-8") as handle:
-            writer = csv.DictWriter(handle, list(table[0]), lineterminator="\n")
-            writer.writeheader()
-            writer.writerows(table)
+        write(folder / name, list(table[0]), table)
     lines = [
         "# Hidden effects on the closed-form twins of the bench rigs",
         "",

@@ -1,4 +1,8 @@
-"""Shares of trials with their intervals: named, right, wrong, inside, unexplained."""
+"""What a trial's row says: which effects are named, whether that is right, and how far the error fell."""
+
+from collections.abc import Sequence
+
+from pellet_study.criticism.diagnose import GATE
 
 
 def interval(hits: int, n: int) -> tuple[float, float]:
@@ -38,3 +42,23 @@ def inside(row: dict) -> bool:
 def unexplained(row: dict) -> bool:
     """It fails, and nothing is named."""
     return row["verdict"] == "unexplained" and not row["added"]
+
+
+def names(row: dict) -> bool:
+    """An effect is named."""
+    return bool(named(row))
+
+
+def noticed(row: dict) -> bool:
+    """The first diagnosis is not `adequate`."""
+    return row["first"] != "adequate"
+
+
+def gate_opens(row: dict) -> bool:
+    """Some candidate is needed."""
+    return float(row["gate_p"]) < GATE
+
+
+def improved(rows: Sequence[dict]) -> list[float]:
+    """Error after over error before, trial by trial."""
+    return [float(r["rms_after"]) / float(r["rms_before"]) for r in rows]

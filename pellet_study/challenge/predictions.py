@@ -4,19 +4,18 @@ Readings come from the surface with the hidden effect, moved by a draw of the su
 from `refine`, whose predictions are the same stored surfaces without the effect.
 """
 
-import csv
-import time
 import zlib
 from collections.abc import Mapping
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 
 import numpy as np
 
 from pellet_study.challenge.demonstration import Demonstration
+from pellet_study.challenge.resume import Show, read, resume
 from pellet_study.challenge.seeds import BENCH
-from pellet_study.criticism.calibration import calibrate
-from pellet_study.criticism.cell_means import Evidence
+from pellet_study.criticism.calibration import fit_study
+from pellet_study.criticism.cell_means import CellMeans
 from pellet_study.criticism.least_squares import fit, problem_of
 from pellet_study.criticism.refine import refine
 from pellet_study.errors import InputError
@@ -77,9 +76,9 @@ class Stored:
         sd = np.array([self.of.reading_sd(case.rig, y) for case, y in zip(self.model.cases, mean, strict=True)])
         sd = np.sqrt(sd**2 / self.repeats + variance)
         fitted = np.array([k for k in range(len(mean)) if k not in self.of.held_out])
-        evidence = Evidence(fitted, mean[fitted], sd[fitted], 1 / sd[fitted], 1000, 0.0, 0)
+        cells = CellMeans(fitted, mean[fitted], sd[fitted], 1 / sd[fitted], 1000, 0.0)
         start = self.point(parameters, {})
-        chi2 = fit(self.model, evidence, problem_of(self.model, 0, start)).chi2
+        chi2 = fit(self.model, cells, problem_of(self.model, 0, start)).chi2
         by_chance = (chance / sd**2)[fitted].sum()
         return float(np.sqrt(max(0.0, chi2 - by_chance)))
 
@@ -142,7 +141,7 @@ def draw(stored: Stored, name: str, lam: float, sign: int, amount: float, number
     effects = {name: amount} if name else {}
     mean, variance = stored.readings(TRUE, effects)
     study = BENCH.study(BENCH.rows(noisy(mean, variance, rng)))
-    state = calibrate(study, Model(study, engines=stored.engines), extra_starts=1)
+    state = fit_study(study, Model(study, engines=stored.engines), extra_starts=1)
     answer = refine(study, state, propose=False)
     return {
         "kind": "one" if name else "nothing",
@@ -213,7 +212,7 @@ def plan(stored: Stored, scale: float = 1.0) -> list[tuple[str, float, int, floa
     return [(name, lam, sign, amount, max(1, round(scale * n))) for name, lam, sign, amount, n in found]
 
 
-def run(stored: Stored, file: Path, scale: float = 1.0, seconds: float = np.inf, show=None) -> int:
+def run(stored: Stored, file: Path, scale: float = 1.0, seconds: float = np.inf, show: Show | None = None) -> int:
     """Do the draws that are missing from a table, all kinds growing alike; returns how many were done.
 
     Raises
@@ -233,25 +232,4 @@ def run(stored: Stored, file: Path, scale: float = 1.0, seconds: float = np.inf,
     done = {(r["hidden"], float(r["lambda"]), int(r["sign"]), int(r["number"])) for r in rows}
     jobs = [(k / n, *entry, k) for *entry, n in planned for k in range(n)]
     jobs = [job[1:] for job in sorted(jobs, key=lambda j: j[0]) if (*job[1:4], job[5]) not in done]
-    until, count, new = time.monotonic() + seconds, 0, not file.exists()
-    with file.open("a", newline="", encoding="utf-8") as stream:
-        writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
-        if new:
-            writer.writeheader()
-        for name, lam, sign, amount, number in jobs:
-            if time.monotonic() > until:
-                break
-            writer.writerow(draw(stored, name, lam, sign, amount, number))
-            stream.flush()
-            count += 1
-            if show is not None:
-                show(count, len(jobs))
-    return count
-
-
-def read(file: Path) -> list[dict]:
-    """Rows of a trial table, those that were cut off left out."""
-    if not file.exists():
-        return []
-    with file.open(newline="", encoding="utf-8") as stream:
-        return [row for row in csv.DictReader(stream) if None not in row and None not in row.values()]
+    return resume(file, COLUMNS, jobs, partial(draw, stored), seconds, show)

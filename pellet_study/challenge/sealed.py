@@ -6,7 +6,6 @@ A trial is a folder: `sealed.json` (the truth), `study.toml` and `measurements.c
 smaller time step; all take other seeds. Some hide an effect that no candidate describes.
 """
 
-import csv
 import json
 import time
 import zlib
@@ -17,8 +16,9 @@ import numpy as np
 
 from pellet_study.challenge.demonstration import Demonstration
 from pellet_study.challenge.predictions import Stored, described
+from pellet_study.challenge.resume import Show, write
 from pellet_study.challenge.seeds import outside
-from pellet_study.criticism.calibration import calibrate
+from pellet_study.criticism.calibration import fit_study
 from pellet_study.criticism.compare import Comparison, compare
 from pellet_study.criticism.refine import Refinement, refine
 from pellet_study.errors import SimulationError
@@ -192,11 +192,11 @@ def _to_weigh(stored: Stored, number: int, folder: Path) -> bool:
 def answer(place: Path, stored: Stored) -> tuple[Refinement, Comparison]:
     """Refine a trial's study; the envelope stays shut. The comparison after it is that of the best of a tie."""
     study = load(place)
-    found = refine(study, calibrate(study, Model(study, engines=stored.engines)), propose=False)
+    found = refine(study, fit_study(study, Model(study, engines=stored.engines)), propose=False)
     after = found.steps[-1]
     if found.tied:
         best = found.best_of_tie()
-        after = compare(best, calibrate(best, Model(best, engines=stored.engines)))
+        after = compare(best, fit_study(best, Model(best, engines=stored.engines)))
     text = {
         "verdict": found.verdict,
         "added": found.added,
@@ -274,7 +274,7 @@ def run(
     count: int,
     seconds: float = np.inf,
     workers: int | None = None,
-    show=None,
+    show: Show | None = None,
 ) -> Path:
     """Do the first `count` trials as far as they are not done; the table `sealed.csv` of all that are done."""
     stored = Stored(store, workers, of=of)
@@ -300,8 +300,5 @@ def run(
     for number in measured:
         rows.append(opened(stored, number, folder, *answer(folder / f"{number:02d}", stored)))
     file = folder / "sealed.csv"
-    with file.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.DictWriter(stream, COLUMNS, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+    write(file, COLUMNS, rows)
     return file

@@ -1,110 +1,56 @@
 """What the trials of the bench demonstration show, beside the aims: predictions.md and sealed.md."""
 
-import csv
 from collections.abc import Callable, Sequence
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
-from pellet_study.challenge.counting import inside, interval, named, right, unexplained, wrong
+from pellet_study.challenge.aims import Figure, Row, coverage, quantity, share
+from pellet_study.challenge.counting import improved, inside, names, noticed, right, unexplained, wrong
 
-
-def _noticed(row: dict) -> bool:
-    return row["first"] != "adequate"
+held = partial(share, lenient=True)  # against an aim that its interval may still hold
 
 
 def _strength(row: dict) -> float:
     return float(row["lambda"] or "nan")
 
 
-def figures(rows: Sequence[dict], strong: Callable[[dict], bool]) -> list[dict]:
+def figures(rows: Sequence[Row], strong: Callable[[Row], bool]) -> list[Figure]:
     """The acceptance figures of the bench rigs; `strong` says which trials count as lambda 8."""
-    found: list[dict] = []
-
-    def share(label: str, aim: str, chosen, hit, low: float = 0.0, high: float = 1.0, bound: float = 1.0) -> None:
-        """Aim: a share of at least `low` and at most `high`, the upper end of its interval not above `bound`."""
-        chosen = list(chosen)
-        if not chosen:
-            return
-        hits, n = sum(map(hit, chosen)), len(chosen)
-        below, above = interval(hits, n)
-        met = "yes" if low <= hits / n <= high and above <= bound else "no"
-        if met == "no" and below <= high and above >= low:
-            met = "within scatter"
-        found.append(
-            {
-                "figure": label,
-                "aim": aim,
-                "measured": f"{100 * hits / n:.1f} %",
-                "95 % interval": f"{100 * below:.1f} to {100 * above:.1f} %",
-                "trials": n,
-                "met": met if aim else "",
-            }
-        )
-
     nothing = [r for r in rows if r["kind"] == "nothing"]
     one = [r for r in rows if r["kind"] == "one"]
-    eight = [r for r in one if strong(r)]
-    share(
-        "nothing hidden: an effect named",
-        "<= 5 %, bound < 8 %",
-        nothing,
-        lambda r: bool(named(r)),
-        high=0.05,
-        bound=0.08,
-    )
-    share("nothing hidden: any verdict but adequate", "<= 5 %, bound < 8 %", nothing, _noticed, high=0.05, bound=0.08)
-    for lam, least in ((4, 0.88), (6, 0.98)):
-        chosen = [r for r in one if abs(_strength(r) - lam) < 0.7]
-        share(f"lambda {lam}: noticed", f">= {100 * least:.0f} %", chosen, _noticed, low=least)
-    share("lambda 8 and more: truth unique or in the tie", ">= 97 %", eight, inside, low=0.97)
-    share("lambda 8 and more: unique and right", ">= 80 %", eight, right, low=0.80)
-    share("lambda 8 and more: unique and wrong", "<= 2 %", eight, wrong, high=0.02)
-    for name in dict.fromkeys(r["hidden"] for r in eight):
-        share(f"  {name}: unique and right", "", [r for r in eight if r["hidden"] == name], right)
-        share(f"  {name}: unique and wrong", "<= 5 %", [r for r in eight if r["hidden"] == name], wrong, high=0.05)
     outside = [r for r in rows if r["kind"] == "outside"]
-    share("outside the candidates: unexplained", ">= 90 %", outside, unexplained, low=0.90)
-    share("outside the candidates: a wrong name", "<= 2 %", outside, lambda r: bool(named(r)), high=0.02)
+    eight = [r for r in one if strong(r)]
+    five = {"most": 0.05, "bound": 0.08, "aim": "<= 5 %, bound < 8 %"}
+    found = held("nothing hidden: an effect named", nothing, names, **five)
+    found += held("nothing hidden: any verdict but adequate", nothing, noticed, **five)
+    for lam, least in ((4, 0.88), (6, 0.98)):
+        found += held(f"lambda {lam}: noticed", [r for r in one if abs(_strength(r) - lam) < 0.7], noticed, least=least)
+    found += held("lambda 8 and more: truth unique or in the tie", eight, inside, least=0.97)
+    found += held("lambda 8 and more: unique and right", eight, right, least=0.80)
+    found += held("lambda 8 and more: unique and wrong", eight, wrong, most=0.02)
+    for name in dict.fromkeys(r["hidden"] for r in eight):
+        found += held(f"  {name}: unique and right", [r for r in eight if r["hidden"] == name], right, aim="")
+        found += held(f"  {name}: unique and wrong", [r for r in eight if r["hidden"] == name], wrong, most=0.05)
+    found += held("outside the candidates: unexplained", outside, unexplained, least=0.90)
+    found += held("outside the candidates: a wrong name", outside, names, most=0.02)
     added = [r for r in eight if right(r) and r["verdict"] != "tied"]
-    if added:
-        covered, constants = sum(int(r["covered"]) for r in added), sum(int(r["constants"]) for r in added)
-        below, above = interval(covered, constants)
-        near = "within scatter" if below <= 0.97 and above >= 0.93 else "no"
-        found.append(
-            {
-                "figure": "95 % intervals of the constants cover, after the addition",
-                "aim": "93 to 97 %",
-                "measured": f"{100 * covered / constants:.1f} %",
-                "95 % interval": f"{100 * below:.1f} to {100 * above:.1f} %",
-                "trials": len(added),
-                "met": "yes" if 0.93 <= covered / constants <= 0.97 else near,
-            }
-        )
-        ratios = np.array([float(r["size_ratio"]) for r in added if r["size_ratio"]])
-        drop = np.median([float(r["rms_after"]) / float(r["rms_before"]) for r in added])
-        held = [float(r["held_out_after"]) / float(r["held_out_before"]) for r in added if r.get("held_out_before")]
-        for label, aim, value, fine in (
-            (
-                "fitted over hidden size, median",
-                "0.9 to 1.1",
-                float(np.median(ratios)),
-                0.9 <= np.median(ratios) <= 1.1,
-            ),
-            ("error after over before the addition, median", "", float(drop), True),
-            *([("the same, of the rows held out", "", float(np.median(held)), True)] if held else []),
-        ):
-            found.append(
-                {
-                    "figure": label,
-                    "aim": aim,
-                    "measured": f"{value:.3g}",
-                    "95 % interval": "",
-                    "trials": len(added),
-                    "met": "" if not aim else "yes" if fine else "no",
-                }
-            )
-    return found
+    covers = "95 % intervals of the constants cover, after the addition"
+    found += coverage(covers, added, 0.93, 0.97, lenient=True)
+    return [{"95 % interval" if k == "interval" else k: v for k, v in row.items()} for row in [*found, *_sizes(added)]]
+
+
+def _sizes(added: Sequence[Row]) -> list[Figure]:
+    """Fitted over hidden size, and how far errors fell, where the truth was added alone."""
+    ratios = [float(r["size_ratio"]) for r in added if r["size_ratio"]]
+    out = [float(r["held_out_after"]) / float(r["held_out_before"]) for r in added if r.get("held_out_before")]
+    figures = [
+        *quantity("fitted over hidden size, median", ratios, least=0.9, most=1.1, aim="0.9 to 1.1"),
+        *quantity("error after over before the addition, median", improved(added), aim=""),
+        *quantity("the same, of the rows held out", out, aim=""),
+    ]
+    return [{**row, "trials": len(added)} for row in figures]
 
 
 def against(rows: Sequence[dict], keys: Sequence[str]) -> list[dict]:
@@ -115,10 +61,10 @@ def against(rows: Sequence[dict], keys: Sequence[str]) -> list[dict]:
         line = dict(zip(keys, [g or "nothing" for g in group], strict=True)) | {"trials": len(mine)}
         hides = bool(mine[0]["hidden"]) and mine[0]["kind"] == "one"
         for label, hit in (
-            ("noticed", _noticed),
+            ("noticed", noticed),
             ("unique and right", right),
             ("in the answer", inside),
-            ("unique and wrong", lambda r: bool(named(r)) and wrong(r)),
+            ("unique and wrong", lambda r: names(r) and wrong(r)),
             ("unexplained", unexplained),
         ):
             hits = 0.0 if hit in (right, inside) and not hides else np.mean([hit(r) for r in mine])
@@ -229,9 +175,3 @@ def write_sealed(rows: Sequence[dict], folder: Path, command: str, text: str = B
     ]
     (folder / "sealed.md").write_text("\n".join(lines), encoding="utf-8")
     return found
-
-
-def read(file: Path) -> list[dict]:
-    """Rows of a trials' table."""
-    with file.open(newline="", encoding="utf-8") as stream:
-        return list(csv.DictReader(stream))

@@ -11,8 +11,8 @@ from functools import cache
 import numpy as np
 
 from pellet_study.challenge import twins
-from pellet_study.criticism.calibration import calibrate
-from pellet_study.criticism.cell_means import Evidence
+from pellet_study.criticism.calibration import fit_study
+from pellet_study.criticism.cell_means import CellMeans
 from pellet_study.criticism.compare import compare
 from pellet_study.criticism.diagnose import diagnose
 from pellet_study.criticism.least_squares import fit, problem_of
@@ -92,11 +92,11 @@ def strength(effects: Mapping[str, float], kept: tuple[int, ...] | None = None) 
     readings = readings_of(effects)
     index = np.arange(len(readings)) if kept is None else np.array(kept)
     sd = true_sd(readings)[index] / np.sqrt(twins.REPEATS)
-    evidence = Evidence(index, readings[index], sd, 1 / sd, 1000, 0.0, 0)
+    cells = CellMeans(index, readings[index], sd, 1 / sd, 1000, 0.0)
     point = model.base.copy()
     for name, value in twins.TRUTH.items():
         point[model.column[name]] = value
-    return float(np.sqrt(fit(model, evidence, problem_of(model, 0, point)).chi2))
+    return float(np.sqrt(fit(model, cells, problem_of(model, 0, point)).chi2))
 
 
 @cache
@@ -177,7 +177,7 @@ def trial(
     """One sealed trial."""
     rows = noisy_rows(truth.readings, np.random.default_rng(seed), tau, held_out, stated)
     study = twins.study(rows)
-    answer = refine(study, calibrate(study, model_of(study), extra_starts=1), propose=False, rank=False)
+    answer = refine(study, fit_study(study, model_of(study), extra_starts=1), propose=False, rank=False)
     found = outcome(answer, truth)
     if answer.tied and held_out:  # a tie adds nothing: what would the best of it do?
         found = replace(found, rms_after=compare(answer.best_of_tie()).holdout_rms_error or np.nan)
@@ -198,7 +198,7 @@ def trial_next(truth: Truth, seed, at_random: bool = False) -> tuple[Outcome, st
     rng = np.random.default_rng(seed)
     rows = noisy_rows(truth.readings, rng)
     study = twins.study(rows)
-    state = calibrate(study, model_of(study))
+    state = fit_study(study, model_of(study))
     first = diagnose(study, state)
     proposal = first.next_measurement
     if proposal is None:
@@ -219,4 +219,4 @@ def trial_next(truth: Truth, seed, at_random: bool = False) -> tuple[Outcome, st
     readings = value + twins.reading_sd(rig, value) * rng.standard_normal(twins.REPEATS)
     more = [*rows, measurement(rig, observable, given, readings, line=len(rows) + 2)]
     study = twins.study(more)
-    return outcome(refine(study, calibrate(study, model_of(study)), propose=False, rank=False), truth), rig
+    return outcome(refine(study, fit_study(study, model_of(study)), propose=False, rank=False), truth), rig

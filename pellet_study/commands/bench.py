@@ -36,7 +36,7 @@ def run(arguments: argparse.Namespace) -> dict:
 
     if not 0 < arguments.effort <= 4:
         raise InputError(f"--effort {arguments.effort:g}: expected a share of the seeds above 0 and up to 4")
-    loaded = load.load(arguments.study)
+    loaded = load(arguments.study)
     readings = chain.readings(loaded.rows)
     runner = chain.Bench(
         loaded.contact_law or "hertz_mindlin",

@@ -77,7 +77,7 @@ def run(arguments: argparse.Namespace) -> dict:
 
     folder = arguments.results or arguments.study
     _check(arguments, folder)
-    plan = plan_of(load.load(arguments.study), arguments.contact_law)
+    plan = plan_of(load(arguments.study), arguments.contact_law)
     _make(folder)
     heaps = _heaps(arguments, plan, folder)
     results = Results(plan, folder, arguments.quick)

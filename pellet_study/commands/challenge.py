@@ -13,7 +13,7 @@ import math
 import sys
 from pathlib import Path
 
-from pellet_study.challenge import acceptance, counting
+from pellet_study.challenge import acceptance, counting, resume
 from pellet_study.output.terminal import done, folded, say
 
 
@@ -62,7 +62,7 @@ def _command(arguments: argparse.Namespace) -> str:
 def _twins(arguments: argparse.Namespace, show) -> dict:
     file = arguments.study / "twins.csv"
     acceptance.run(file, arguments.scale, 60 * arguments.minutes, arguments.first, show)
-    rows = acceptance.read(file)
+    rows = resume.read(file)
     acceptance.write_tables(rows, arguments.study, _command(arguments))
     return acceptance.as_json(rows)
 
@@ -73,7 +73,7 @@ def _predictions(arguments: argparse.Namespace, show) -> dict:
     stored = predictions.Stored(arguments.study / ".store")
     file = arguments.study / "predictions.csv"
     predictions.run(stored, file, arguments.scale, 60 * arguments.minutes, show)
-    rows = predictions.read(file)
+    rows = resume.read(file)
     return _answer(rows, tables.write_predictions(rows, arguments.study, _command(arguments)))
 
 
@@ -94,7 +94,7 @@ def _sealed(arguments: argparse.Namespace, show, of, text: str) -> dict:
 
     folder, count = arguments.study, max(1, round(arguments.scale * len(of.kinds())))
     file = sealed.run(of, folder / "sealed", folder / ".store", count, 60 * arguments.minutes, show=show)
-    rows = tables.read(file)
+    rows = resume.read(file)
     return _answer(rows, tables.write_sealed(rows, folder, _command(arguments), text))
 
 

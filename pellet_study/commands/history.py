@@ -1,13 +1,12 @@
 """pellet-study history STUDY: the error falling step by step, as table and figure."""
 
 import argparse
-from pathlib import Path
 
+from pellet_study.commands.arguments import add_study
 from pellet_study.criticism import text
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say
-from pellet_study.study import history
-from pellet_study.study.load import load
+from pellet_study.study import history, load
 
 EXAMPLE = """\
 The steps that add, drop and refine left in STUDY; draws figures/ladder.png.
@@ -20,7 +19,7 @@ example:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The study."""
     parser.epilog = EXAMPLE
-    parser.add_argument("study", metavar="STUDY", type=Path, help="folder with study.toml and measurements.csv")
+    add_study(parser)
 
 
 def run(arguments: argparse.Namespace) -> dict:

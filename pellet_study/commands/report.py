@@ -1,8 +1,8 @@
 """pellet-study report STUDY: one self-contained HTML page about a study."""
 
 import argparse
-from pathlib import Path
 
+from pellet_study.commands.arguments import add_study
 from pellet_study.output.terminal import done, working
 
 EXAMPLE = """\
@@ -17,7 +17,7 @@ example:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The study."""
     parser.epilog = EXAMPLE
-    parser.add_argument("study", metavar="STUDY", type=Path, help="folder with study.toml and measurements.csv")
+    add_study(parser)
 
 
 def run(arguments: argparse.Namespace) -> dict:

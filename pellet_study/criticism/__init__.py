@@ -1,5 +1,5 @@
 """Model criticism: does the model fit, where does it fail, which absent effect would explain it, what to measure next.
 
-cell_means < least_squares < calibration < score_tests < residuals < compare < signatures < rivals < ranking
-< next_measurement < diagnose < by_level, refine < text < answers, figures
+verdicts, scatter < cell_means < least_squares < calibration < score_tests < residuals < compare < signatures < rivals < ranking
+< next_measurement < diagnose < by_level, refine, facts < answers < text, figures
 """

@@ -3,12 +3,12 @@
 import math
 from dataclasses import asdict
 
-from pellet_study.criticism.calibration import Calibrated, surface_error
+from pellet_study.criticism.calibration import CalibratedStudy, surface_error
 from pellet_study.criticism.compare import Comparison
 from pellet_study.criticism.diagnose import Diagnosis
+from pellet_study.criticism.facts import drift_words
 from pellet_study.criticism.next_measurement import NextMeasurement
 from pellet_study.criticism.refine import Refinement
-from pellet_study.criticism.text import drift_words
 
 SURFACE_FAILS = 0.005
 
@@ -50,7 +50,7 @@ def comparison(found: Comparison) -> dict:
     }
 
 
-def check_surface(answer: dict, state: Calibrated) -> list[str]:
+def check_surface(answer: dict, state: CalibratedStudy) -> list[str]:
     """Put `surface_check` {p, worst} into an answer (null where nothing is interpolated); returns warnings."""
     found = surface_error(state)
     answer["surface_check"] = None if found is None else {"p": found[0], "worst": found[1]}

@@ -2,13 +2,13 @@
 
 import numpy as np
 
-from pellet_study.criticism.calibration import Calibrated
+from pellet_study.criticism.calibration import CalibratedStudy
 from pellet_study.criticism.diagnose import Diagnosis
 
 MOST_RIVALS = 4
 
 
-def by_level(state: Calibrated, found: Diagnosis) -> dict | None:
+def by_level(state: CalibratedStudy, found: Diagnosis) -> dict | None:
     """The most drifting constant at each level of the condition it drifts with; None where none drifts.
 
     At each level one Gauss-Newton step from the fitted value, c + sum(J r)/sum(J^2) with standard error 1/sqrt(sum J^2)
@@ -21,11 +21,11 @@ def by_level(state: Calibrated, found: Diagnosis) -> dict | None:
     worst = next((d for d in found.comparison.drifts if d.condition != "rig"), None)
     if worst is None:
         return None
-    model, evidence, fitted = state.model, state.evidence, state.fit
+    model, cells, fitted = state.model, state.cells, state.fit
     column = [model.names[c] for c in fitted.problem.free].index(worst.parameter)
-    cells = [model.cases[c] for c in evidence.case]
-    mine = np.array([c.rig == worst.rig for c in cells])
-    level = np.array([c.conditions.get(worst.condition, np.nan) for c in cells])
+    cases = [model.cases[c] for c in cells.case]
+    mine = np.array([c.rig == worst.rig for c in cases])
+    level = np.array([c.conditions.get(worst.condition, np.nan) for c in cases])
     slope = fitted.jacobian[:, column]
     levels = [x for x in np.unique(level[mine]) if (slope[mine & (level == x)] != 0).any()]
     weights = [(slope[mine & (level == x)] ** 2).sum() for x in levels]
@@ -37,11 +37,11 @@ def by_level(state: Calibrated, found: Diagnosis) -> dict | None:
         ]
         return [float(fitted.values[column] + step) for step in steps]
 
-    base = model.predict(fitted.point).mean[0, evidence.case]
+    base = model.predict(fitted.point).mean[0, cells.case]
     rivals = {}
     for rival in [r for r in found.rivals if r.fit.chi2 < fitted.chi2 - 4][:MOST_RIVALS]:
-        there = model.predict(rival.fit.point).mean[0, evidence.case]
-        rivals[" + ".join(rival.effects)] = refitted(evidence.whitened(there - base))
+        there = model.predict(rival.fit.point).mean[0, cells.case]
+        rivals[" + ".join(rival.effects)] = refitted(cells.whitened(there - base))
     return {
         "parameter": worst.parameter,
         "rig": worst.rig,

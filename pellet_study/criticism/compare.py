@@ -13,9 +13,17 @@ from dataclasses import dataclass, field, replace
 import numpy as np
 from scipy import special
 
-from pellet_study.criticism.calibration import Calibrated, calibrate
+from pellet_study.criticism.calibration import CalibratedStudy, fit_study
 from pellet_study.criticism.residuals import RowResidual, holdout_p, level_out_errors, row_residuals
-from pellet_study.criticism.score_tests import DRIFT, LACK_IN_A_RIG, Drift, absorbed, drifts, lack_by_rig, lack_of_fit
+from pellet_study.criticism.score_tests import (
+    DRIFT,
+    LACK_IN_A_RIG,
+    Drift,
+    absorbed_basis,
+    constancy_tests,
+    lack_by_rig,
+    lack_of_fit,
+)
 from pellet_study.study.study import Study
 
 LACK_OF_FIT = 0.001  # p over all rigs together below which a model fails
@@ -67,18 +75,18 @@ class Comparison:
         return None if self.fits and self.lack_of_fit_p is None else self.fits
 
 
-def compare(study: Study, state: Calibrated | None = None, level_out: bool = False) -> Comparison:
+def compare(study: Study, state: CalibratedStudy | None = None, level_out: bool = False) -> Comparison:
     """Calibrate a study's present model and look at what is left; `level_out` also refits without each level."""
-    state = state or calibrate(study)
-    model, evidence, fitted = state.model, state.evidence, state.fit
+    state = state or fit_study(study)
+    model, cells, fitted = state.model, state.cells, state.fit
     names = [model.names[c] for c in fitted.problem.free]
-    rank = absorbed(fitted.jacobian).shape[1]
-    cells, fit_rows = len(evidence.case), [row for row in study.rows if row.split == "fit"]
-    p_fit = lack_of_fit(fitted, evidence)
+    rank = absorbed_basis(fitted.jacobian).shape[1]
+    count, fit_rows = len(cells.case), [row for row in study.rows if row.split == "fit"]
+    p_fit = lack_of_fit(fitted, cells)
     intervals, loose = intervals_of(state)
-    warnings = [*evidence.warnings, *model.warnings]
+    warnings = [*cells.warnings, *model.warnings]
     dof = len(fit_rows) - len(names)
-    if cells <= rank:
+    if count <= rank:
         warnings.append(
             "there are as many free parameters as different cases: any model fits, "
             "these data can show no missing effect; measure under more conditions"
@@ -96,7 +104,7 @@ def compare(study: Study, state: Calibrated | None = None, level_out: bool = Fal
         if setting.free and name not in model.column:
             warnings.append(f"{name} is free, but acts in none of the rigs used")
     sd = {}
-    for c, u in zip(evidence.case, evidence.sd, strict=True):
+    for c, u in zip(cells.case, cells.sd, strict=True):
         sd[c] = u
     rows = row_residuals(state, sd)
     observables = {(r.row.rig, r.row.observable) for r in rows}
@@ -109,7 +117,7 @@ def compare(study: Study, state: Calibrated | None = None, level_out: bool = Fal
             return None
         return float(np.sqrt(np.mean(np.square(errors))))
 
-    whole = fitted.chi2 + evidence.replicate_chi2 if evidence.scale_known else None
+    whole = fitted.chi2 + cells.replicate_chi2 if cells.scale_known else None
     found = Comparison(
         effects=tuple(study.effects),
         parameters={
@@ -122,7 +130,7 @@ def compare(study: Study, state: Calibrated | None = None, level_out: bool = Fal
         chi2=whole,
         dof=dof,
         lack_of_fit_p=p_fit,
-        drifts=drifts(state),
+        drifts=constancy_tests(state),
         needed_setup_percent=needed_setup(state),
         rows=rows,
         rms_error=rms("fit"),
@@ -140,17 +148,17 @@ def compare(study: Study, state: Calibrated | None = None, level_out: bool = Fal
     return found
 
 
-def intervals_of(state: Calibrated) -> tuple[dict[str, tuple[float, float]], tuple[str, ...]]:
+def intervals_of(state: CalibratedStudy) -> tuple[dict[str, tuple[float, float]], tuple[str, ...]]:
     """95 % intervals theta +- t b se, cut at the bounds, and the names of the constants the data do not pin down."""
-    fitted, evidence = state.fit, state.evidence
+    fitted, cells = state.fit, state.cells
     names = [state.model.names[c] for c in fitted.problem.free]
     if not names:
         return {}, ()
-    dof = len(evidence.case) - len(names)
-    if evidence.scale_known:
-        t = special.stdtrit(evidence.dof, 0.975)
+    dof = len(cells.case) - len(names)
+    if cells.scale_known:
+        t = special.stdtrit(cells.dof, 0.975)
         ratio = np.sqrt(fitted.chi2 / dof) if dof > 0 else 1.0
-        p = lack_of_fit(fitted, evidence)
+        p = lack_of_fit(fitted, cells)
         if p is not None and p < 0.05 and ratio > 1:
             t = special.stdtrit(dof, 0.975) * ratio
     elif dof > 0:
@@ -172,19 +180,19 @@ def intervals_of(state: Calibrated) -> tuple[dict[str, tuple[float, float]], tup
     return found, tuple(loose)
 
 
-def needed_setup(state: Calibrated) -> dict[str, float]:
+def needed_setup(state: CalibratedStudy) -> dict[str, float]:
     """Set-up scatter, percent of the reading, that each rig's cells would need for chi2 = cells - their share of p."""
-    evidence, fitted = state.evidence, state.fit
-    if not evidence.scale_known:
+    cells, fitted = state.cells, state.fit
+    if not cells.scale_known:
         return {}
-    rigs = np.array([state.model.cases[c].rig for c in evidence.case], dtype=object)
-    n, p = len(evidence.case), len(fitted.problem.free)
-    plain = state.evidence.mean - state.model.predict(fitted.point).mean[0, evidence.case]
+    rigs = np.array([state.model.cases[c].rig for c in cells.case], dtype=object)
+    n, p = len(cells.case), len(fitted.problem.free)
+    plain = state.cells.mean - state.model.predict(fitted.point).mean[0, cells.case]
     found = {}
     for rig in dict.fromkeys(rigs):
         mine = rigs == rig
         share = mine.sum() * max(n - p, 1) / n
-        r, v, y = plain[mine], evidence.sd[mine] ** 2, np.abs(evidence.mean[mine])
+        r, v, y = plain[mine], cells.sd[mine] ** 2, np.abs(cells.mean[mine])
 
         def chi2(tau, r=r, v=v, y=y):
             return (r**2 / (v + (tau * y) ** 2)).sum()

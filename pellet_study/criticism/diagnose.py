@@ -16,13 +16,13 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from pellet_study.criticism.calibration import Calibrated, calibrate
+from pellet_study.criticism.calibration import CalibratedStudy, fit_study
 from pellet_study.criticism.compare import Comparison, compare
 from pellet_study.criticism.least_squares import Fit
 from pellet_study.criticism.next_measurement import FEW_LEVELS, NextMeasurement, next_measurement
 from pellet_study.criticism.ranking import Suspect, _ranking, _unjudged, unsimulated
 from pellet_study.criticism.rivals import TIE, Rival, explanations, judge, refits
-from pellet_study.criticism.score_tests import VISIBLE, absorbed, exceedance, largest_null, standardised
+from pellet_study.criticism.score_tests import VISIBLE, absorbed_basis, exceedance, largest_null, standardised
 from pellet_study.criticism.signatures import signatures
 from pellet_study.study.study import Study
 
@@ -59,7 +59,7 @@ class Diagnosis:
 
 def diagnose(
     study: Study,
-    state: Calibrated | None = None,
+    state: CalibratedStudy | None = None,
     gate: float = GATE,
     comparison: Comparison | None = None,
     propose: bool = True,
@@ -71,14 +71,14 @@ def diagnose(
     Without `rank` the candidates are refitted only where the verdict needs it; without `propose` no next measurement is
     looked for, with `ties_only` none that separates the only explanation from the next best.
     """
-    state = state or calibrate(study)
+    state = state or fit_study(study)
     comparison = comparison or compare(study, state)
-    evidence, fitted = state.evidence, state.fit
+    cells, fitted = state.cells, state.fit
     warnings = list(comparison.warnings)
     names = [name for name in study.absent() if name in state.model.effects]
-    basis = absorbed(fitted.jacobian[:, ~fitted.at_bound])  # a constant that sticks at its bound absorbs nothing
-    spare = len(evidence.case) - absorbed(fitted.jacobian).shape[1]
-    hopeless = spare < 1 or (spare < 2 and not evidence.scale_known)
+    basis = absorbed_basis(fitted.jacobian[:, ~fitted.at_bound])  # a constant that sticks at its bound absorbs nothing
+    spare = len(cells.case) - absorbed_basis(fitted.jacobian).shape[1]
+    hopeless = spare < 1 or (spare < 2 and not cells.scale_known)
     dear = state.model.levels <= FEW_LEVELS
     found = [] if hopeless and dear else signatures(state, names, basis)
     lost = [name for name in names if name in unsimulated(state)]
@@ -107,8 +107,8 @@ def diagnose(
     if shown:
         unit = np.array([s.unit for s in shown])
         scores = unit @ fitted.residual
-        errors = standardised(fitted.residual[None], unit, basis, evidence, two_sided=False)[0]
-        null = largest_null(unit, basis, evidence, two_sided=False)
+        errors = standardised(fitted.residual[None], unit, basis, cells, two_sided=False)[0]
+        null = largest_null(unit, basis, cells, two_sided=False)
         gate_p = exceedance(null, errors.max())
     open_gate = gate_p is not None and gate_p < gate
     if not names:

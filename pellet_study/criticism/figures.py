@@ -4,20 +4,17 @@ from collections.abc import Sequence
 
 import numpy as np
 
+from pellet_study.criticism.facts import finding, model_name, varying
 from pellet_study.criticism.rivals import TIE
+from pellet_study.criticism.verdicts import Note
 from pellet_study.output import style as look
 from pellet_study.output.style import DASHES, MARKERS, SERIES, label, styled
 
 
-def model_name(effects: Sequence[str]) -> str:
-    """`base`, or `base + cohesion`."""
-    return "base" + "".join(f" + {name}" for name in effects)
-
-
 @styled
-def ladder(steps: Sequence[dict]):
+def ladder(steps: Sequence[dict], ax=None):
     """The error after each step, on fitted and held-out rows, down to what the scatter of the readings leaves."""
-    figure, axes = look.new_axes(5.4, 3.9)
+    figure, axes = look.new_axes(5.4, 3.9, ax=ax)
     at = np.arange(len(steps))
     curves = [
         ("fitted rows", [s["rms_error"] for s in steps]),
@@ -49,22 +46,17 @@ def ladder(steps: Sequence[dict]):
     axes.set_ylim(0, 1.12 * top)
     axes.set_xlabel("model")
     axes.set_ylabel(f"rms error ({look.unit_in_words(steps[-1].get('rms_error_unit', '-'))})")
-    look.legend_below(figure, *axes.get_legend_handles_labels())
+    look.legend_below(figure, *axes.get_legend_handles_labels(), ax=ax)
     return figure
 
 
 def _panels(rows: Sequence[dict]) -> list[tuple[str, str | None]]:
     """Rig and condition of every panel; a rig whose conditions never change has one panel, its rows in order."""
-    found = []
-    for rig in dict.fromkeys(r["rig"] for r in rows):
-        mine = [r["conditions"] for r in rows if r["rig"] == rig]
-        varied = [name for name in mine[0] if len({c.get(name) for c in mine}) > 1]
-        found += [(rig, name) for name in varied] or [(rig, None)]
-    return found
+    return [(rig, name) for rig, names in varying(rows).items() for name in names or [None]]
 
 
 @styled
-def residuals(steps: Sequence[dict]):
+def residuals(steps: Sequence[dict], ax=None):
     """Residual over its uncertainty against every condition: the first model, and the last where there are several.
 
     The band is two standard uncertainties of a row; without any known uncertainty the residual itself is shown.
@@ -72,13 +64,9 @@ def residuals(steps: Sequence[dict]):
     shown = [steps[0]] if len(steps) == 1 else [steps[0], steps[-1]]
     known = all(r["z"] is not None for s in shown for r in s["rows"])
     panels = _panels(shown[0]["rows"])
-    columns = min(3, len(panels))
-    lines = -(-len(panels) // columns)
-    figure, grid = look.new_axes(
-        max(3.4 * columns, 4.6), 2.7 * lines + 0.6, nrows=lines, ncols=columns, squeeze=False, sharey=known
-    )
+    figure, grid = look.new_panels(len(panels), (3.4, 2.7), (4.6, 0.6), ax=ax, sharey=known)
     drawn = {}
-    for axes, (rig, condition) in zip(grid.flat, panels, strict=False):
+    for axes, (rig, condition) in zip(grid, panels, strict=True):
         if known:
             drawn["± 2 standard uncertainties of a row"] = axes.axhspan(-2, 2, color=look.BAND, zorder=0)
         axes.axhline(0, color=look.LINE, linewidth=0.8, zorder=1)
@@ -98,9 +86,7 @@ def residuals(steps: Sequence[dict]):
         axes.set_title(rig)
         axes.set_xlabel("row of this rig (-)" if condition is None else label(condition))
         axes.set_ylabel("residual / uncertainty (-)" if known else f"residual ({_unit(shown[0]['rows'], rig)})")
-    for axes in grid.flat[len(panels) :]:
-        axes.set_visible(False)
-    look.legend_below(figure, drawn.values(), drawn.keys())
+    look.legend_below(figure, drawn.values(), drawn.keys(), ax=ax)
     return figure
 
 
@@ -109,14 +95,12 @@ def _unit(rows: Sequence[dict], rig: str) -> str:
 
 
 @styled
-def predictions(rows: Sequence[dict]):
+def predictions(rows: Sequence[dict], ax=None):
     """Predicted against measured, a panel for each observable of each rig."""
     pairs = list(dict.fromkeys((r["rig"], r["observable"]) for r in rows))
-    columns = min(3, len(pairs))
-    lines = -(-len(pairs) // columns)
-    figure, grid = look.new_axes(max(3.1 * columns, 4.2), 2.9 * lines + 0.4, nrows=lines, ncols=columns, squeeze=False)
+    figure, grid = look.new_panels(len(pairs), (3.1, 2.9), (4.2, 0.4), ax=ax)
     drawn = {}
-    for axes, (rig, observable) in zip(grid.flat, pairs, strict=False):
+    for axes, (rig, observable) in zip(grid, pairs, strict=True):
         mine = [r for r in rows if (r["rig"], r["observable"]) == (rig, observable)]
         both = [r[k] for r in mine for k in ("value", "predicted")]
         room = 0.06 * (max(both) - min(both)) or 0.05 * abs(both[0]) or 1.0
@@ -132,14 +116,12 @@ def predictions(rows: Sequence[dict]):
         axes.set(xlim=ends, ylim=ends, aspect="equal", title=rig)
         axes.set_xlabel(f"measured {label(observable)}")
         axes.set_ylabel(f"predicted {label(observable)}")
-    for axes in grid.flat[len(pairs) :]:
-        axes.set_visible(False)
-    look.legend_below(figure, drawn.values(), drawn.keys(), columns=3)
+    look.legend_below(figure, drawn.values(), drawn.keys(), columns=3, ax=ax)
     return figure
 
 
 @styled
-def ranking(found: dict):
+def ranking(found: dict, ax=None):
     """chi2 that each candidate takes away; what lies in the band explains as well as the best, within the margin.
 
     Filled: explains the data. Hatched: only at a size beyond the physical range. Grey: does not explain, or these data
@@ -148,15 +130,14 @@ def ranking(found: dict):
     from matplotlib.patches import Patch
 
     suspects = found["ranking"][::-1]
-    figure, axes = look.new_axes(6.2, 1.3 + 0.34 * len(suspects))
-    tied = {name for names in found["tied"] for name in ([names] if isinstance(names, str) else names)}
+    figure, axes = look.new_axes(6.2, 1.3 + 0.34 * len(suspects), ax=ax)
+    named = set(finding(found).effects)
     best = max(s["chi2_drop"] for s in suspects)
-    named = tied or set(found["missing"])
     used = {}
     for k, s in enumerate(suspects):
         if s["effect"] in named:
-            face, hatch, kind = look.MODEL, None, "tied" if tied else "missing"
-        elif s["note"] == "implausible size":
+            face, hatch, kind = look.MODEL, None, "tied" if found["tied"] else "missing"
+        elif s["note"] == Note.IMPLAUSIBLE_SIZE:
             face, hatch, kind = "white", "////", "only at an implausible size"
         else:
             face, hatch, kind = "#C8C8C8", None, "does not explain, or cannot be seen"
@@ -174,7 +155,7 @@ def ranking(found: dict):
     axes.set_xlim(0, 1.65 * max(best, 1.0))
     axes.set_xlabel("drop of chi² when the effect is fitted too (-)")
     axes.set_ylabel("candidate effect")
-    look.legend_below(figure, used.values(), used.keys())
+    look.legend_below(figure, used.values(), used.keys(), ax=ax)
     return figure
 
 
@@ -187,9 +168,9 @@ def _size(suspect: dict) -> str:
 
 
 @styled
-def constants(told: dict):
+def constants(told: dict, ax=None):
     """The most drifting constant refitted level by level (`levels.by_level`), with the rivals' curves over it."""
-    figure, axes = look.new_axes(5.4, 3.9)
+    figure, axes = look.new_axes(5.4, 3.9, ax=ax)
     error = 2 * np.array(told["standard_errors"])
     axes.errorbar(
         told["levels"], told["values"], error, fmt="o", color="black", capsize=3, zorder=5,
@@ -201,15 +182,15 @@ def constants(told: dict):
     axes.set_xlabel(label(told["condition"]))
     axes.set_ylabel(label(told["parameter"]))
     axes.set_title(told["rig"])
-    look.legend_below(figure, *axes.get_legend_handles_labels())
+    look.legend_below(figure, *axes.get_legend_handles_labels(), ax=ax)
     return figure
 
 
 @styled
-def next_measurement(told: dict):
+def next_measurement(told: dict, ax=None):
     """What each rival predicts for the proposed measurement, with its uncertainty."""
     names = list(told["predictions"])[::-1]
-    figure, axes = look.new_axes(5.4, 1.0 + 0.4 * len(names))
+    figure, axes = look.new_axes(5.4, 1.0 + 0.4 * len(names), ax=ax)
     for k, name in enumerate(names):
         axes.errorbar(
             told["predictions"][name], k, xerr=2 * told["uncertainties"][name], fmt=MARKERS[k % 6], color=SERIES[k % 6],

@@ -12,10 +12,9 @@ from itertools import combinations, product
 
 import numpy as np
 
-from pellet_study.criticism.calibration import Calibrated, covariance, unit_of_chi2
+from pellet_study.criticism.calibration import CalibratedStudy, covariance, reduced_chi2
 from pellet_study.criticism.least_squares import Fit
 from pellet_study.criticism.residuals import reading_sd
-from pellet_study.model.closed_form import ClosedForm
 from pellet_study.model.model import Case, Model
 from pellet_study.study.study import Study
 
@@ -93,12 +92,12 @@ def _pairs_of(levels: dict, usual: dict):
             yield tuple(x if c == a else y if c == b else usual[c] for c in levels)
 
 
-def reading_uncertainty(state: Calibrated, cases: Sequence[Case], predicted: np.ndarray) -> np.ndarray:
+def reading_uncertainty(state: CalibratedStudy, cases: Sequence[Case], predicted: np.ndarray) -> np.ndarray:
     """Expected standard uncertainty of one more mean reading at each case, from those of the rig's rows."""
-    study, evidence = state.study, state.evidence
+    study, cells = state.study, state.cells
     spread = reading_sd(study, state.model)
-    unit = np.sqrt(state.fit.chi2 / max(len(evidence.case) - len(state.fit.problem.free), 1))
-    cells = [(state.model.cases[c], sd) for c, sd in zip(evidence.case, evidence.sd, strict=True)]
+    unit = np.sqrt(state.fit.chi2 / max(len(cells.case) - len(state.fit.problem.free), 1))
+    fitted = [(state.model.cases[c], sd) for c, sd in zip(cells.case, cells.sd, strict=True)]
     found = np.empty(len(cases))
     for k, case in enumerate(cases):
         rows = [
@@ -112,27 +111,27 @@ def reading_uncertainty(state: Calibrated, cases: Sequence[Case], predicted: np.
             repeats = np.median(
                 [max(row.n, sum(r.conditions == row.conditions for r, _ in rows)) for row, _ in known[:50]]
             )
-            more = evidence.contradicted.get((case.rig, case.observable), 1.0) if near[0].sd is not None else 1.0
+            more = cells.contradicted.get((case.rig, case.observable), 1.0) if near[0].sd is not None else 1.0
             found[k] = np.sqrt((more * near[1]) ** 2 / repeats + near[0].setup_sd ** 2)
-        elif like := [s for cell, s in cells if (cell.rig, cell.observable) == (case.rig, case.observable)]:
+        elif like := [s for cell, s in fitted if (cell.rig, cell.observable) == (case.rig, case.observable)]:
             found[k] = unit * np.median(like)
         else:
             found[k] = 0.05 * abs(predicted[k])
     return np.maximum(found, 1e-12)
 
 
-def next_measurement(state: Calibrated, rivals: Mapping[tuple[str, ...], Fit]) -> NextMeasurement | None:
+def next_measurement(state: CalibratedStudy, rivals: Mapping[tuple[str, ...], Fit]) -> NextMeasurement | None:
     """The condition that separates rival explanations, {effects: fit}, best; None where none does."""
     if len(rivals) < 2:
         return None
-    levels = FEW_LEVELS if dear(state.study) else state.model.levels
+    levels = FEW_LEVELS if needs_simulation(state.study) else state.model.levels
     cases = possible_cases(state.study, levels, {e for names in rivals for e in names})
     if not cases:
         return None
     fits = list(rivals.values())
     means, variances = predicted(state, cases, fits)
     chi2 = np.array([fit.chi2 for fit in fits])
-    weights = np.exp(-0.5 * np.minimum((chi2 - chi2.min()) / unit_of_chi2(state, fits[chi2.argmin()]), 8.0))
+    weights = np.exp(-0.5 * np.minimum((chi2 - chi2.min()) / reduced_chi2(state, fits[chi2.argmin()]), 8.0))
     weights /= weights.sum()
     sigma = reading_uncertainty(state, cases, means[0])
     gain, separation = np.zeros(len(cases)), np.zeros(len(cases))
@@ -157,12 +156,12 @@ def next_measurement(state: Calibrated, rivals: Mapping[tuple[str, ...], Fit]) -
     )
 
 
-def dear(study: Study) -> bool:
+def needs_simulation(study: Study) -> bool:
     """Whether simulations must tell what one of the possible measurements would show."""
     return any(study.catalogue.rigs[rig].predict is None for rig in (*study.rigs, *(study.possible or {})))
 
 
-def predicted(state: Calibrated, cases: Sequence[Case], fits: Sequence[Fit]) -> tuple[np.ndarray, np.ndarray]:
+def predicted(state: CalibratedStudy, cases: Sequence[Case], fits: Sequence[Fit]) -> tuple[np.ndarray, np.ndarray]:
     """Predictions of some fits for cases not measured yet, and the variances of these predictions, (fits, cases).
 
     A case of a measured rig that simulations must answer is simulated at the fits themselves, not over the ranges of the
@@ -170,7 +169,7 @@ def predicted(state: Calibrated, cases: Sequence[Case], fits: Sequence[Fit]) -> 
     """
     means, variances = np.empty((len(fits), len(cases))), np.empty((len(fits), len(cases)))
     engines = state.model.engines
-    measured = {(c.rig, c.observable) for c in state.model.cases if not isinstance(engines[c.rig], ClosedForm)}
+    measured = {(c.rig, c.observable) for c in state.model.cases if engines[c.rig].simulates}
     here = np.array([(c.rig, c.observable) in measured for c in cases])
     if not here.all():
         other = [c for c, near in zip(cases, here, strict=True) if not near]
@@ -181,7 +180,7 @@ def predicted(state: Calibrated, cases: Sequence[Case], fits: Sequence[Fit]) -> 
             variances[k, ~here] = variance + _by_fit(state, fits[k], slopes)
     if here.any():
         mine = [c for c, near in zip(cases, here, strict=True) if near]
-        model, like = Model(state.study, mine, state.model.engines), nearest(state, mine)
+        model, like = Model(state.study, mine, state.model.engines), nearest_case(state, mine)
         for k, (mean, slopes, _) in enumerate(_slopes(state, state.model, fits)):
             there = model.directly(_in(model, state.model, fits[k].point))
             means[k, here] = there.mean[0]
@@ -190,7 +189,7 @@ def predicted(state: Calibrated, cases: Sequence[Case], fits: Sequence[Fit]) -> 
     return means, variances
 
 
-def nearest(state: Calibrated, cases: Sequence[Case]) -> np.ndarray:
+def nearest_case(state: CalibratedStudy, cases: Sequence[Case]) -> np.ndarray:
     """Place of the measured case of the same rig and observable that is nearest to each case, in shares of the ranges."""
     found = []
     for case in cases:
@@ -205,7 +204,7 @@ def nearest(state: Calibrated, cases: Sequence[Case]) -> np.ndarray:
     return np.array(found)
 
 
-def _slopes(state: Calibrated, model: Model, fits: Sequence[Fit]):
+def _slopes(state: CalibratedStudy, model: Model, fits: Sequence[Fit]):
     """Of each fit: (k,) predictions, their (free, k) slopes in its free columns, and their own (k,) variances."""
     points, steps = [], []
     for fit in fits:
@@ -224,9 +223,9 @@ def _slopes(state: Calibrated, model: Model, fits: Sequence[Fit]):
         place += 1 + len(h)
 
 
-def _by_fit(state: Calibrated, fit: Fit, slopes: np.ndarray) -> np.ndarray:
+def _by_fit(state: CalibratedStudy, fit: Fit, slopes: np.ndarray) -> np.ndarray:
     """(k,) variances of predictions with some slopes that come from the uncertainty of a fit."""
-    return np.einsum("ka,kl,la->a", slopes, covariance(fit) * unit_of_chi2(state, fit), slopes)
+    return np.einsum("ka,kl,la->a", slopes, covariance(fit) * reduced_chi2(state, fit), slopes)
 
 
 def _in(model: Model, source: Model, point: np.ndarray) -> np.ndarray:

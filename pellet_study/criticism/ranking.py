@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import special
 
-from pellet_study.criticism.calibration import Calibrated, covariance, unit_of_chi2
+from pellet_study.criticism.calibration import CalibratedStudy, covariance, reduced_chi2
 from pellet_study.criticism.score_tests import (
     exceedance,
     lack_of_fit,
@@ -43,8 +43,8 @@ class Suspect:
 
 
 def _ranking(state, names, found, shown, scores, null, rivals, beyond) -> tuple[Suspect, ...]:
-    evidence, base = state.evidence, len(state.fit.problem.free)
-    known = evidence.dof or max(len(evidence.case) - base - 1, 1)
+    cells, base = state.cells, len(state.fit.problem.free)
+    known = cells.dof or max(len(cells.case) - base - 1, 1)
     fitted = {r.effects[0]: r for r in rivals if len(r.effects) == 1}
     critical = null[int(0.95 * len(null))] if len(null) else 2.6
     ranking = []
@@ -65,15 +65,15 @@ def _ranking(state, names, found, shown, scores, null, rivals, beyond) -> tuple[
         if rival is not None:
             own = rival.fit.values[base:]
             value = dict(zip(effect.parameters, map(float, own), strict=True))
-            unit = 1.0 if evidence.scale_known else unit_of_chi2(state, rival.fit)
+            unit = 1.0 if cells.scale_known else reduced_chi2(state, rival.fit)
             drop = max(0.0, (state.fit.chi2 - rival.fit.chi2) / unit)
-            se = float(np.sqrt(covariance(rival.fit)[base, base] * unit_of_chi2(state, rival.fit)))
+            se = float(np.sqrt(covariance(rival.fit)[base, base] * reduced_chi2(state, rival.fit)))
             low, high = rival.fit.problem.low[base], rival.fit.problem.high[base]
             interval = (float(max(low, own[0] - 2 * se)), float(min(high, own[0] + 2 * se)))
-            p_left = lack_of_fit(rival.fit, evidence)
+            p_left = lack_of_fit(rival.fit, cells)
             if name in beyond:
                 better = rival.fit.chi2 - beyond[name].chi2
-                if better > PLAUSIBLE * unit_of_chi2(state, beyond[name]):
+                if better > PLAUSIBLE * reduced_chi2(state, beyond[name]):
                     note = "implausible size"
                     gained = float((state.fit.chi2 - beyond[name].chi2) / unit)
                     wide = dict(zip(effect.parameters, map(float, beyond[name].values[base:]), strict=True))
@@ -101,13 +101,13 @@ def _ranking(state, names, found, shown, scores, null, rivals, beyond) -> tuple[
     return tuple(sorted(ranking, key=lambda s: (bool(s.note), -s.chi2_drop, -(s.score or 0.0))))
 
 
-def unsimulated(state: Calibrated) -> set[str]:
+def unsimulated(state: CalibratedStudy) -> set[str]:
     """Effects whose simulations failed in some row: what they would do is not known."""
-    dead = [key for engine in state.model.engines.values() for key in getattr(engine, "dead", ())]
-    return {key[1] for key in dead if isinstance(key, tuple)}
+    failed = [key for engine in state.model.engines.values() for key in engine.failed]
+    return {key[1] for key in failed if isinstance(key, tuple)}
 
 
-def _unjudged(state: Calibrated, name: str, found: Sequence[Signature]) -> Suspect:
+def _unjudged(state: CalibratedStudy, name: str, found: Sequence[Signature]) -> Suspect:
     effect = state.model.study.catalogue.effects[name]
     share = max((s.visible_share for s in found if s.effect == name), default=0.0)
     neutral = {effect.amount: float(effect.neutral()[effect.amount])}

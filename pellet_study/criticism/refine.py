@@ -11,14 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pellet_study.criticism.calibration import Calibrated, calibrate, unit_of_chi2
-from pellet_study.criticism.cell_means import Evidence
+from pellet_study.criticism.calibration import CalibratedStudy, fit_study, reduced_chi2
+from pellet_study.criticism.cell_means import CellMeans
 from pellet_study.criticism.compare import Comparison, compare
 from pellet_study.criticism.diagnose import GATE, GATE_AGAIN, Diagnosis, diagnose
 from pellet_study.criticism.least_squares import fit_many, problem_of
-from pellet_study.criticism.next_measurement import dear
+from pellet_study.criticism.next_measurement import needs_simulation
 from pellet_study.criticism.rivals import TIE, refits
-from pellet_study.criticism.score_tests import VISIBLE, absorbed
+from pellet_study.criticism.score_tests import VISIBLE, absorbed_basis
 from pellet_study.criticism.signatures import signatures
 from pellet_study.model.model import Engine, Model
 from pellet_study.study.study import Study
@@ -36,8 +36,8 @@ class Refinement:
     steps: tuple[Comparison, ...]
     diagnoses: tuple[Diagnosis, ...]
     study: Study
-    first: Calibrated
-    state: Calibrated
+    first: CalibratedStudy
+    state: CalibratedStudy
 
     @property
     def last(self) -> Diagnosis:
@@ -56,7 +56,7 @@ class Refinement:
 
 def refine(
     study: Study,
-    state: Calibrated | None = None,
+    state: CalibratedStudy | None = None,
     most: int = MOST_EFFECTS,
     propose: bool = True,
     rank: bool = True,
@@ -71,9 +71,9 @@ def refine(
     ------
     InputError : the study gives nothing to fit
     """
-    first = state = state or calibrate(study, Model(study, engines=engines))
+    first = state = state or fit_study(study, Model(study, engines=engines))
     comparison = compare(study, state, level_out=propose)
-    steps, diagnoses, added, ties_only = [comparison], [], [], dear(study)
+    steps, diagnoses, added, ties_only = [comparison], [], [], needs_simulation(study)
     while True:
         found = diagnose(study, state, GATE if not added else GATE_AGAIN, comparison, propose, rank, ties_only)
         diagnoses.append(found)
@@ -86,20 +86,20 @@ def refine(
             values = {p: chosen.fit.point[state.model.column[f"{name}.{p}"]] for p in effect.parameters}
             study = study.with_effect(name, values)
             added.append(name)
-            state = calibrate(study, Model(study, engines=state.model.engines), _kept(state), extra_starts=1)
+            state = fit_study(study, Model(study, engines=state.model.engines), _kept(state), extra_starts=1)
             comparison = compare(study, state, level_out=propose)
             steps.append(comparison)
         for name in needless(study, state, added):
             study = study.without_effect(name)
             added.remove(name)
-            state = calibrate(study, Model(study, engines=state.model.engines), _kept(state))
+            state = fit_study(study, Model(study, engines=state.model.engines), _kept(state))
             comparison = compare(study, state, level_out=propose)
             steps.append(comparison)
         while (trade := swap(study, state, added)) is not None:
             old, new, values = trade
             study = study.without_effect(old).with_effect(new, values)
             added[added.index(old)] = new
-            state = calibrate(study, Model(study, engines=state.model.engines), _kept(state), extra_starts=1)
+            state = fit_study(study, Model(study, engines=state.model.engines), _kept(state), extra_starts=1)
             comparison = compare(study, state, level_out=propose)
             steps.append(comparison)
         if len(added) >= most:
@@ -115,12 +115,12 @@ def refine(
     )
 
 
-def _kept(state: Calibrated) -> Evidence | None:
-    """The evidence for the next model of the same rows; gathered anew where the model's own scatter is part of it."""
-    return None if state.model.scatters else state.evidence
+def _kept(state: CalibratedStudy) -> CellMeans | None:
+    """The cells for the next model of the same rows; gathered anew where the model's own scatter is part of it."""
+    return None if state.model.scatters else state.cells
 
 
-def needless(study: Study, state: Calibrated, added: list[str]) -> list[str]:
+def needless(study: Study, state: CalibratedStudy, added: list[str]) -> list[str]:
     """The added effect that can be left out at the least loss, if that is less than a tie allows; the last one is always kept."""
     if len(added) < 2:
         return []
@@ -131,12 +131,12 @@ def needless(study: Study, state: Calibrated, added: list[str]) -> list[str]:
         for parameter, value in study.catalogue.effects[name].neutral().items():
             point[state.model.column[f"{name}.{parameter}"]] = value
         problems.append(problem_of(smaller, 1, point))
-    losses = [f.chi2 - state.fit.chi2 for f in fit_many(state.model, state.evidence, problems)]
+    losses = [f.chi2 - state.fit.chi2 for f in fit_many(state.model, state.cells, problems)]
     least = min(losses)
-    return [added[losses.index(least)]] if least < TIE * unit_of_chi2(state, state.fit) else []
+    return [added[losses.index(least)]] if least < TIE * reduced_chi2(state, state.fit) else []
 
 
-def swap(study: Study, state: Calibrated, added: list[str]) -> tuple[str, str, dict[str, float]] | None:
+def swap(study: Study, state: CalibratedStudy, added: list[str]) -> tuple[str, str, dict[str, float]] | None:
     """The effect added earlier, the absent one in its place that fits best, and its values, if that gains more than a tie allows.
 
     The last one added is left alone: it has just been chosen among its rivals.
@@ -144,20 +144,20 @@ def swap(study: Study, state: Calibrated, added: list[str]) -> tuple[str, str, d
     catalogue, engines, trades = study.catalogue, state.model.engines, []
     for old in added[:-1]:
         smaller = study.without_effect(old)
-        without = calibrate(smaller, Model(smaller, engines=engines), state.evidence, extra_starts=1)
+        without = fit_study(smaller, Model(smaller, engines=engines), state.cells, extra_starts=1)
         names = [
             n
             for n in smaller.absent()
             if n != old and set(catalogue.effects[n].rigs) & set(catalogue.effects[old].rigs)
         ]
-        basis = absorbed(without.fit.jacobian[:, ~without.fit.at_bound])
+        basis = absorbed_basis(without.fit.jacobian[:, ~without.fit.at_bound])
         shown = [s for s in signatures(without, names, basis) if s.visible_share >= VISIBLE and s.length >= 1.0]
         if not shown:
             continue
         fits, _ = refits(without, names, shown, np.array([s.unit for s in shown]) @ without.fit.residual)
         trades += [(f.chi2, old, new, f) for (new,), f in fits.items()]
     best = min(trades, key=lambda trade: trade[0], default=None)
-    if best is None or best[0] > state.fit.chi2 - TIE * unit_of_chi2(state, best[3]):
+    if best is None or best[0] > state.fit.chi2 - TIE * reduced_chi2(state, best[3]):
         return None
     _, old, new, fitted = best
     return old, new, {p: fitted.point[state.model.column[f"{new}.{p}"]] for p in catalogue.effects[new].parameters}

@@ -6,9 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 from scipy import special
 
-from pellet_study.criticism import cell_means as readings
-from pellet_study.criticism.calibration import Calibrated, covariance, part_of
+from pellet_study.criticism.calibration import CalibratedStudy, covariance, part_of
 from pellet_study.criticism.least_squares import fit, problem_of
+from pellet_study.criticism.scatter import pooled_sd
 from pellet_study.model.model import Model, key
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import Study
@@ -24,7 +24,7 @@ class RowResidual:
     z: float | None
 
 
-def row_residuals(state: Calibrated, sd: dict[int, float]) -> tuple[RowResidual, ...]:
+def row_residuals(state: CalibratedStudy, sd: dict[int, float]) -> tuple[RowResidual, ...]:
     """Every row beside its prediction; z by the uncertainty of the row itself (not of its cell)."""
     model, study = state.model, state.study
     place = {key(case): k for k, case in enumerate(model.cases)}
@@ -38,14 +38,14 @@ def row_residuals(state: Calibrated, sd: dict[int, float]) -> tuple[RowResidual,
         z = None
         if spread is not None:
             if row.sd is not None:
-                spread *= state.evidence.contradicted.get((row.rig, row.observable), 1.0)
+                spread *= state.cells.contradicted.get((row.rig, row.observable), 1.0)
             total = np.sqrt(spread**2 / row.n + row.setup_sd**2 + predicted.variance[0, c])
             z = float((row.value - value) / total)
         found.append(RowResidual(row, value, row.value - value, z))
     return tuple(found)
 
 
-def holdout_p(state: Calibrated, rows: Sequence[RowResidual]) -> float | None:
+def holdout_p(state: CalibratedStudy, rows: Sequence[RowResidual]) -> float | None:
     """p of e' C^-1 e over the rows held out, C of their readings, their predictions and the calibrated constants.
 
     The constants' covariance is widened by the misfit of the rows fitted; rows of one set-up share its error. F with the
@@ -53,7 +53,7 @@ def holdout_p(state: Calibrated, rows: Sequence[RowResidual]) -> float | None:
     constant that the rows fitted do not tell.
     """
     held = [r for r in rows if r.row.split == "holdout" and r.z]
-    if not held or not state.evidence.scale_known:
+    if not held or not state.cells.scale_known:
         return None
     model, fitted = state.model, state.fit
     place = {key(case): k for k, case in enumerate(model.cases)}
@@ -64,7 +64,7 @@ def holdout_p(state: Calibrated, rows: Sequence[RowResidual]) -> float | None:
     points[1 + np.arange(len(problem.free)), list(problem.free)] += step
     mean = model.predict(points).mean[:, cases]
     slopes = (mean[1:] - mean[0]) / step[:, None]
-    unit = max(1.0, fitted.chi2 / max(len(state.evidence.case) - len(problem.free), 1))
+    unit = max(1.0, fitted.chi2 / max(len(state.cells.case) - len(problem.free), 1))
     jacobian = fitted.jacobian * span
     _, size, rows_of = np.linalg.svd(jacobian, full_matrices=False)
     told = rows_of[size > 1e-6 * max(size.max(initial=0.0), 1e-300)]
@@ -78,26 +78,26 @@ def holdout_p(state: Calibrated, rows: Sequence[RowResidual]) -> float | None:
                 own[a, b] = first.row.setup_sd * second.row.setup_sd
     error = np.array([r.residual for r in held])
     together, n = own + unit * slopes.T @ covariance(fitted) @ slopes, len(held)
-    return float(special.fdtrc(n, state.evidence.dof, error @ np.linalg.solve(together, error) / n))
+    return float(special.fdtrc(n, state.cells.dof, error @ np.linalg.solve(together, error) / n))
 
 
 def reading_sd(study: Study, model: Model) -> list[float | None]:
     """Standard deviation of one reading for each row: as stated, else pooled from replicates, else None."""
     pooled: dict[tuple[str, str], tuple] = {}
     for group in {(row.rig, row.observable) for row in study.rows}:
-        cells: dict[tuple, list[Measurement]] = {}
+        replicates: dict[tuple, list[Measurement]] = {}
         for row in study.rows:
             if (row.rig, row.observable) == group and row.sd is None and row.split == "fit":
-                cells.setdefault((key(row), row.setup), []).append(row)
-        means = np.array([np.average([r.value for r in c], weights=[r.n for r in c]) for c in cells.values()])
-        dof = np.array([len(c) - 1.0 for c in cells.values()])
+                replicates.setdefault((key(row), row.setup), []).append(row)
+        means = np.array([np.average([r.value for r in c], weights=[r.n for r in c]) for c in replicates.values()])
+        dof = np.array([len(c) - 1.0 for c in replicates.values()])
         if not len(means) or dof.sum() == 0:
             continue
         within = np.array(
-            [sum(r.n * (r.value - m) ** 2 for r in c) for c, m in zip(cells.values(), means, strict=True)]
+            [sum(r.n * (r.value - m) ** 2 for r in c) for c, m in zip(replicates.values(), means, strict=True)]
         )
         sd = np.sqrt(within / np.maximum(dof, 1))
-        pooled[group] = (means, readings.pooled_sd(means, sd, dof))
+        pooled[group] = (means, pooled_sd(means, sd, dof))
     found: list[float | None] = []
     for row in study.rows:
         spread = row.sd
@@ -114,19 +114,19 @@ def reading_sd(study: Study, model: Model) -> list[float | None]:
     return found
 
 
-def level_out_errors(state: Calibrated) -> dict[str, float]:
+def level_out_errors(state: CalibratedStudy) -> dict[str, float]:
     """Error on rows that a fit has not seen: each level of a condition kept back in turn, `rig.condition` -> rms.
 
     Unweighted, in the observable's unit; for conditions with at least three levels, where enough cells stay to fit.
     """
-    model, evidence = state.model, state.evidence
+    model, cells = state.model, state.cells
     rows = [row for row in state.study.rows if row.split == "fit"]
     place = {key(case): k for k, case in enumerate(model.cases)}
-    cells = [model.cases[c] for c in evidence.case]
+    measured = [model.cases[c] for c in cells.case]
     found = {}
-    for rig in dict.fromkeys(cell.rig for cell in cells):
-        for condition in next(cell for cell in cells if cell.rig == rig).conditions:
-            level = np.array([cell.conditions[condition] if cell.rig == rig else np.nan for cell in cells])
+    for rig in dict.fromkeys(cell.rig for cell in measured):
+        for condition in next(cell for cell in measured if cell.rig == rig).conditions:
+            level = np.array([cell.conditions[condition] if cell.rig == rig else np.nan for cell in measured])
             levels = np.unique(level[~np.isnan(level)])
             if len(levels) < 3 or len({row.observable for row in rows if row.rig == rig}) > 1:
                 continue
@@ -135,7 +135,7 @@ def level_out_errors(state: Calibrated) -> dict[str, float]:
                 kept = level != left_out
                 if kept.sum() < max(1, len(state.fit.problem.free)):
                     break
-                fitted = fit(model, part_of(evidence, kept), problem_of(model, 2, state.fit.point))
+                fitted = fit(model, part_of(cells, kept), problem_of(model, 2, state.fit.point))
                 mean = model.predict(fitted.point).mean[0]
                 errors += [
                     row.value - mean[place[key(row)]]

@@ -6,13 +6,13 @@ from itertools import combinations
 
 import numpy as np
 
-from pellet_study.criticism.calibration import Calibrated, unit_of_chi2, with_own_noise
+from pellet_study.criticism.calibration import CalibratedStudy, reduced_chi2, with_own_noise
 from pellet_study.criticism.least_squares import Fit, Problem, fit_many
 from pellet_study.criticism.score_tests import (
     DRIFT,
     LACK_IN_A_RIG,
-    absorbed,
-    drifts,
+    absorbed_basis,
+    constancy_tests,
     exceedance,
     lack_by_rig,
     lack_of_fit,
@@ -45,7 +45,7 @@ class Rival:
 
 
 def rival_problem(
-    state: Calibrated, effects: Sequence[str], starts: Sequence[dict[int, float]], wide: bool = False
+    state: CalibratedStudy, effects: Sequence[str], starts: Sequence[dict[int, float]], wide: bool = False
 ) -> Problem:
     """The fit of a study's free constants together with those of some absent effects."""
     model, base = state.model, state.fit.problem
@@ -68,7 +68,7 @@ def rival_problem(
     )
 
 
-def refits(state: Calibrated, names: Sequence[str], shown: Sequence[Signature], scores: np.ndarray):
+def refits(state: CalibratedStudy, names: Sequence[str], shown: Sequence[Signature], scores: np.ndarray):
     """Each shown candidate refitted within its physical range, and without that limit where it ends at it."""
     model = state.model
     best: dict[str, int] = {}
@@ -88,7 +88,7 @@ def refits(state: Calibrated, names: Sequence[str], shown: Sequence[Signature], 
             if other.effect == name and other.shape != s.shape and other.sign == s.sign:
                 starts.append({columns[0]: other.size, **dict(zip(columns[1:], other.shape.values(), strict=True))})
         problems.append(rival_problem(state, [name], starts))
-    fits = dict(zip([(name,) for name in order], fit_many(model, state.evidence, problems), strict=True))
+    fits = dict(zip([(name,) for name in order], fit_many(model, state.cells, problems), strict=True))
     stuck = []
     for (name,), fitted in fits.items():
         own = len(state.fit.problem.free)
@@ -109,18 +109,18 @@ def refits(state: Calibrated, names: Sequence[str], shown: Sequence[Signature], 
         )
         for name in stuck
     ]
-    beyond = dict(zip(stuck, fit_many(model, state.evidence, wide), strict=True))
+    beyond = dict(zip(stuck, fit_many(model, state.cells, wide), strict=True))
     return fits, beyond
 
 
-def judge(state: Calibrated, fits: Iterable[Fit], shown: Sequence[Signature] = ()) -> list[Rival]:
+def judge(state: CalibratedStudy, fits: Iterable[Fit], shown: Sequence[Signature] = ()) -> list[Rival]:
     """Whether each fitted rival explains the data.
 
     It may leave neither lack of fit nor a drifting constant behind, first of all where it acts, nor the signature of
     another candidate; and its own amount must be one number: the same in all rigs where it acts, drifting with none of
     their conditions. A look-alike seldom is.
     """
-    rig_of = np.array([state.model.cases[c].rig for c in state.evidence.case], dtype=object)
+    rig_of = np.array([state.model.cases[c].rig for c in state.cells.case], dtype=object)
     failing = failing_rigs(state)
     found = []
     for fit in fits:
@@ -130,31 +130,31 @@ def judge(state: Calibrated, fits: Iterable[Fit], shown: Sequence[Signature] = (
         rigs = frozenset(rig for rig, acting in state.model.acting.items() if set(names) & set(acting))
         rigs |= failing
         mine = np.array([rig in rigs for rig in rig_of])
-        overall = lack_of_fit(fitted, here.evidence)
-        local = lack_of_fit(fitted, here.evidence, mine)
+        overall = lack_of_fit(fitted, here.cells)
+        local = lack_of_fit(fitted, here.cells, mine)
         explains = (overall is None or overall >= LEFT_OVERALL) and (local is None or local >= LEFT_OVER)
         if explains:
-            left = drifts(replace(here, fit=fitted), rigs, birge=False)
+            left = constancy_tests(replace(here, fit=fitted), rigs, birge=False)
             explains = not left or left[0].p >= LEFT_DRIFT
         if explains:
             explains = signature_left(here, fitted, names, shown) >= LEFT_NAMED
-        noise = float((np.square(here.evidence.sd / state.evidence.sd) - 1).sum())
+        noise = float((np.square(here.cells.sd / state.cells.sd) - 1).sum())
         found.append(Rival(names, fit, explains, noise))
     return found
 
 
-def failing_rigs(state: Calibrated) -> frozenset[str]:
+def failing_rigs(state: CalibratedStudy) -> frozenset[str]:
     """Rigs in which the present model fails, by lack of fit or a drifting constant; an explanation must mend them."""
-    found = {d.rig for d in drifts(state) if d.p < DRIFT}
+    found = {d.rig for d in constancy_tests(state) if d.p < DRIFT}
     return frozenset(found | {rig for rig, p in lack_by_rig(state).items() if p < LACK_IN_A_RIG})
 
 
-def signature_left(state: Calibrated, fitted: Fit, names: Sequence[str], shown: Sequence[Signature]) -> float:
+def signature_left(state: CalibratedStudy, fitted: Fit, names: Sequence[str], shown: Sequence[Signature]) -> float:
     """p of the largest score of the other candidates' signatures on what a fit leaves."""
     units = np.array([s.unit for s in shown if s.effect not in names])
     if not len(units):
         return 1.0
-    basis = absorbed(fitted.jacobian)
+    basis = absorbed_basis(fitted.jacobian)
     seen = units - (units @ basis) @ basis.T
     size = np.linalg.norm(seen, axis=1)
     seen, size = seen[size > DISTINCT], size[size > DISTINCT]
@@ -162,17 +162,17 @@ def signature_left(state: Calibrated, fitted: Fit, names: Sequence[str], shown: 
     if not len(seen) or dof < 2:
         return 1.0
     unit = seen / size[:, None]
-    z = standardised(fitted.residual[None], unit, basis, state.evidence, two_sided=False)[0]
-    return exceedance(largest_null(unit, basis, state.evidence, two_sided=False), z.max())
+    z = standardised(fitted.residual[None], unit, basis, state.cells, two_sided=False)[0]
+    return exceedance(largest_null(unit, basis, state.cells, two_sided=False), z.max())
 
 
-def penalised(rival: Rival, state: Calibrated) -> float:
+def penalised(rival: Rival, state: CalibratedStudy) -> float:
     """chi2 with 2 for each free parameter beyond the effects' amounts, so that shapes do not win by freedom alone."""
     return rival.fit.chi2 + 2.0 * (len(rival.fit.problem.free) - len(state.fit.problem.free) - len(rival.effects))
 
 
 def explanations(
-    state: Calibrated,
+    state: CalibratedStudy,
     singles: Sequence[Rival],
     shown: Sequence[Signature],
     scores: np.ndarray,
@@ -183,26 +183,28 @@ def explanations(
     best = min(good, key=lambda r: penalised(r, state)) if good else None
     doubtful = best is None
     if best is not None:
-        p = lack_of_fit(best.fit, state.evidence)
+        p = lack_of_fit(best.fit, state.cells)
         doubtful = p is not None and p < 0.05
     if doubtful:
         pairs = pair_rivals(state, singles, shown, scores, plausible)
         pairs = [r for r in judge(state, pairs, shown) if r.explains]
         if pairs:
             top = min(pairs, key=lambda r: penalised(r, state))
-            if best is None or penalised(top, state) < penalised(best, state) - PAIR_GAIN * unit_of_chi2(
+            if best is None or penalised(top, state) < penalised(best, state) - PAIR_GAIN * reduced_chi2(
                 state, top.fit
             ):
                 return _tied(state, pairs, top)
     return _tied(state, good, best) if best is not None else []
 
 
-def _tied(state: Calibrated, rivals: Sequence[Rival], best: Rival) -> list[Rival]:
-    limit = penalised(best, state) + TIE * unit_of_chi2(state, best.fit)
+def _tied(state: CalibratedStudy, rivals: Sequence[Rival], best: Rival) -> list[Rival]:
+    limit = penalised(best, state) + TIE * reduced_chi2(state, best.fit)
     return sorted((r for r in rivals if penalised(r, state) - r.noise < limit), key=lambda r: penalised(r, state))
 
 
-def pair_rivals(state: Calibrated, singles: Sequence[Rival], shown, scores: np.ndarray, plausible: set) -> list[Fit]:
+def pair_rivals(
+    state: CalibratedStudy, singles: Sequence[Rival], shown, scores: np.ndarray, plausible: set
+) -> list[Fit]:
     """The most promising pairs by their signatures, refitted; each member must bring at least 4."""
     best: dict[str, int] = {}
     for k, s in enumerate(shown):
@@ -233,9 +235,9 @@ def pair_rivals(state: Calibrated, singles: Sequence[Rival], shown, scores: np.n
                 start |= {columns[0]: amount, **dict(zip(columns[1:], shown[k].shape.values(), strict=True))}
             rows.append(start)
         problems.append(rival_problem(state, [a, b], rows))
-    fits = fit_many(state.model, state.evidence, problems)
+    fits = fit_many(state.model, state.cells, problems)
     return [
         f
         for f, (_, a, b, _, _) in zip(fits, promise, strict=True)
-        if f.chi2 < min(alone.get(a, np.inf), alone.get(b, np.inf)) - PAIR_GAIN * unit_of_chi2(state, f)
+        if f.chi2 < min(alone.get(a, np.inf), alone.get(b, np.inf)) - PAIR_GAIN * reduced_chi2(state, f)
     ]

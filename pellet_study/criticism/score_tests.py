@@ -7,8 +7,8 @@ from functools import lru_cache
 import numpy as np
 from scipy import special
 
-from pellet_study.criticism.calibration import EXCESS, Calibrated
-from pellet_study.criticism.cell_means import Evidence
+from pellet_study.criticism.calibration import EXCESS, CalibratedStudy
+from pellet_study.criticism.cell_means import CellMeans
 from pellet_study.criticism.least_squares import Fit
 from pellet_study.model.model import Model
 
@@ -31,24 +31,24 @@ class Drift:
     p: float
 
 
-def lack_of_fit(fitted: Fit, evidence: Evidence, mine: np.ndarray | None = None) -> float | None:
+def lack_of_fit(fitted: Fit, cells: CellMeans, mine: np.ndarray | None = None) -> float | None:
     """p of the chi2 of some cells (default all) over their degrees of freedom; None where there is nothing to compare.
 
     A rig's cells have as many degrees of freedom as cells, less their leverages, and are compared with the scatter of
     its own readings. For one rig that is F(n - p, nu); several are summed, and the sum matched in mean and variance by
     a scaled F (Satterthwaite 1946, doi:10.2307/3002019).
     """
-    if not evidence.scale_known:
+    if not cells.scale_known:
         return None
-    basis = absorbed(fitted.jacobian)
+    basis = absorbed_basis(fitted.jacobian)
     own = 1 - (basis**2).sum(axis=1)
     mine = np.ones(len(own), dtype=bool) if mine is None else mine
     dof, chi2 = float(own[mine].sum()), float((fitted.residual[mine] ** 2).sum())
     if dof < 0.5:
         return None
-    group = np.array(evidence.group if evidence.group else np.zeros(len(own), dtype=int))
+    group = np.array(cells.group if cells.group else np.zeros(len(own), dtype=int))
     d = np.array([own[mine & (group == g)].sum() for g in np.unique(group[mine])])
-    known = evidence.group_dof if evidence.group else (evidence.dof,)
+    known = cells.group_dof if cells.group else (cells.dof,)
     nu = np.array([known[g] for g in np.unique(group[mine])], dtype=float)
     if len(nu) == 1 or (nu <= 5).any():
         return float(special.fdtrc(dof, nu.sum(), chi2 / dof))
@@ -59,14 +59,14 @@ def lack_of_fit(fitted: Fit, evidence: Evidence, mine: np.ndarray | None = None)
     return float(special.fdtrc(dof, matched, chi2 / mean.sum() * matched / (matched - 2)))
 
 
-def lack_by_rig(state: Calibrated) -> dict[str, float]:
+def lack_by_rig(state: CalibratedStudy) -> dict[str, float]:
     """p of each rig's own cells; rigs whose cells leave nothing to compare are left out."""
-    rigs = np.array([state.model.cases[c].rig for c in state.evidence.case], dtype=object)
-    found = {rig: lack_of_fit(state.fit, state.evidence, rigs == rig) for rig in dict.fromkeys(rigs)}
+    rigs = np.array([state.model.cases[c].rig for c in state.cells.case], dtype=object)
+    found = {rig: lack_of_fit(state.fit, state.cells, rigs == rig) for rig in dict.fromkeys(rigs)}
     return {rig: p for rig, p in found.items() if p is not None}
 
 
-def absorbed(jacobian: np.ndarray) -> np.ndarray:
+def absorbed_basis(jacobian: np.ndarray) -> np.ndarray:
     """Orthonormal basis of what the free constants absorb, (n, rank)."""
     if jacobian.size == 0:
         return np.zeros((jacobian.shape[0], 0))
@@ -97,7 +97,7 @@ def _noise(group: tuple[int, ...], group_dof: tuple[int, ...]) -> np.ndarray:
 
 
 def standardised(
-    left: np.ndarray, unit: np.ndarray, basis: np.ndarray, evidence: Evidence, two_sided: bool, birge: bool = True
+    left: np.ndarray, unit: np.ndarray, basis: np.ndarray, cells: CellMeans, two_sided: bool, birge: bool = True
 ) -> np.ndarray:
     """Scores along unit directions, in standard errors, (sets, k).
 
@@ -120,11 +120,11 @@ def standardised(
     dof = unit.shape[1] - basis.shape[1]
     squares = left**2
     excess = (squares.sum(axis=1) - largest**2).clip(0) / max(dof - 1, 1)
-    if not evidence.scale_known:
+    if not cells.scale_known:
         return z / np.sqrt(np.maximum(excess, 1e-24))[:, None]
     if not birge:
         return z
-    group, known = groups_of(evidence)
+    group, known = groups_of(cells)
     inside = (group[:, None] == np.arange(len(known))).astype(unit.dtype)
     nu, share = np.array(known, dtype=unit.dtype), unit**2 @ inside  # share: (k, groups)
     part = share / (nu + (1 - (basis**2).sum(axis=1)) @ inside - share)
@@ -135,21 +135,21 @@ def standardised(
     return z / np.sqrt(variance)
 
 
-def groups_of(evidence: Evidence) -> tuple[np.ndarray, tuple[int, ...]]:
+def groups_of(cells: CellMeans) -> tuple[np.ndarray, tuple[int, ...]]:
     """Number of each cell's group, and each group's degrees of freedom."""
-    return np.array(evidence.group or (0,) * len(evidence.case)), evidence.group_dof or (int(evidence.dof),)
+    return np.array(cells.group or (0,) * len(cells.case)), cells.group_dof or (int(cells.dof),)
 
 
 def largest_null(
-    unit: np.ndarray, basis: np.ndarray, evidence: Evidence, two_sided: bool, birge: bool = True
+    unit: np.ndarray, basis: np.ndarray, cells: CellMeans, two_sided: bool, birge: bool = True
 ) -> np.ndarray:
     """Sorted draws of the largest standardised score over readings that hide nothing."""
-    group, known = groups_of(evidence)
+    group, known = groups_of(cells)
     noise, unit = _noise(tuple(group.tolist()), known), unit.astype(np.float32)
-    if birge or not evidence.scale_known:
+    if birge or not cells.scale_known:
         basis = basis.astype(np.float32)
         noise = noise - (noise @ basis) @ basis.T
-    z = standardised(noise, unit, basis, evidence, two_sided, birge)
+    z = standardised(noise, unit, basis, cells, two_sided, birge)
     return np.sort((np.abs(z) if two_sided else z).max(axis=1))
 
 
@@ -158,7 +158,9 @@ def exceedance(null: np.ndarray, value: float) -> float:
     return float((len(null) - np.searchsorted(null, value, side="left") + 1) / (len(null) + 1))
 
 
-def drifts(state: Calibrated, rigs: frozenset[str] | None = None, birge: bool = True) -> tuple[Drift, ...]:
+def constancy_tests(
+    state: CalibratedStudy, rigs: frozenset[str] | None = None, birge: bool = True
+) -> tuple[Drift, ...]:
     """Constancy of every calibrated constant over every condition, the worst first; p is over all of them together.
 
     Parameters
@@ -168,42 +170,42 @@ def drifts(state: Calibrated, rigs: frozenset[str] | None = None, birge: bool = 
         replicates' scatter where that is known, as lack of fit is, so that misfit elsewhere excuses nothing
     """
     names = [state.model.names[c] for c in state.fit.problem.free]
-    labels, directions = drift_directions(state.model, state.evidence, state.fit, names)
+    labels, directions = drift_directions(state.model, state.cells, state.fit, names)
     inside = [k for k, (_, rig, *_) in enumerate(labels) if rigs is None or rig in rigs]
     labels = [labels[k] for k in inside]
     if not labels:
         return ()
-    directions, basis = directions[inside], absorbed(state.fit.jacobian)
+    directions, basis = directions[inside], absorbed_basis(state.fit.jacobian)
     seen = visible(directions, basis)
     size = np.linalg.norm(seen, axis=1)
     keep = size > VISIBLE * np.maximum(np.linalg.norm(directions, axis=1), 1e-300)
     if not keep.any():
         return ()
     unit = seen[keep] / size[keep, None]
-    if not state.evidence.scale_known and len(state.evidence.case) - basis.shape[1] < 2:
+    if not state.cells.scale_known and len(state.cells.case) - basis.shape[1] < 2:
         return ()
-    z = standardised(state.fit.residual[None], unit, basis, state.evidence, True, birge)[0]
-    null = largest_null(unit, basis, state.evidence, True, birge)
+    z = standardised(state.fit.residual[None], unit, basis, state.cells, True, birge)[0]
+    null = largest_null(unit, basis, state.cells, True, birge)
     kept = [label for label, k in zip(labels, keep, strict=True) if k]
     found = [Drift(*label, z=float(v), p=exceedance(null, abs(v))) for label, v in zip(kept, z, strict=True)]
     return tuple(sorted(found, key=lambda d: -abs(d.z)))
 
 
-def drift_directions(model: Model, evidence: Evidence, fitted: Fit, names: Sequence[str]):
+def drift_directions(model: Model, cells: CellMeans, fitted: Fit, names: Sequence[str]):
     """Labels (parameter, rig, condition, shape) and (k, n) whitened directions of drift."""
-    rigs = np.array([model.cases[c].rig for c in evidence.case], dtype=object)
+    rigs = np.array([model.cases[c].rig for c in cells.case], dtype=object)
     labels, directions = [], []
-    diagonal = evidence.whiten.ndim == 1
-    raw = fitted.jacobian if diagonal else np.linalg.solve(evidence.whiten, fitted.jacobian)
+    diagonal = cells.whiten.ndim == 1
+    raw = fitted.jacobian if diagonal else np.linalg.solve(cells.whiten, fitted.jacobian)
 
     def add(label, weights, column):
         direction = weights * raw[:, column]
         labels.append(label)
-        directions.append(direction if diagonal else evidence.whiten @ direction)
+        directions.append(direction if diagonal else cells.whiten @ direction)
 
     for rig in dict.fromkeys(rigs):
         mine = rigs == rig
-        cases = [model.cases[c] for c in evidence.case[mine]]
+        cases = [model.cases[c] for c in cells.case[mine]]
         shapes = []
         for condition in cases[0].conditions:
             values = np.array([case.conditions[condition] for case in cases])

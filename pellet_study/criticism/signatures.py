@@ -6,7 +6,7 @@ from itertools import product
 
 import numpy as np
 
-from pellet_study.criticism.calibration import Calibrated
+from pellet_study.criticism.calibration import CalibratedStudy
 from pellet_study.model.model import Model
 
 STEP = 3.0  # standard errors, the size at which signatures are taken
@@ -36,12 +36,12 @@ def physical(model: Model, effect: str) -> list[tuple[float, float]]:
     return [q.get("physical", (q["min"], q["max"])) for q in quantities]
 
 
-def signatures(state: Calibrated, names: Sequence[str], basis: np.ndarray) -> list[Signature]:
+def signatures(state: CalibratedStudy, names: Sequence[str], basis: np.ndarray) -> list[Signature]:
     """Signatures of effects at the size that shows with three standard errors, or at the physical limit.
 
     One for each side an effect may take and each of three shapes where it has shape parameters.
     """
-    model, evidence, point = state.model, state.evidence, state.fit.point
+    model, cells, point = state.model, state.cells, state.fit.point
     shares = np.geomspace(1e-4, 1, 13)
     trials, labels = [point], []
     for name in names:
@@ -67,8 +67,8 @@ def signatures(state: Calibrated, names: Sequence[str], basis: np.ndarray) -> li
                 labels.append((name, sign, shape, sizes, absent, reach))
     if not labels:
         return []
-    means = model.predict(np.array(trials)).mean[:, evidence.case]
-    change = evidence.whitened(means[1:] - means[0]).reshape(len(labels), len(shares), -1)
+    means = model.predict(np.array(trials)).mean[:, cells.case]
+    change = cells.whitened(means[1:] - means[0]).reshape(len(labels), len(shares), -1)
     change = np.nan_to_num(change, nan=0.0, posinf=0.0, neginf=0.0)
     seen = change - (change @ basis) @ basis.T
     length = np.linalg.norm(seen, axis=2)
@@ -90,8 +90,8 @@ def signatures(state: Calibrated, names: Sequence[str], basis: np.ndarray) -> li
         for c, value in zip(columns[1:], shape.values(), strict=True):
             trial[c] = value
         finer.append(trial)
-    means = model.predict(np.array([point, *finer])).mean[:, evidence.case]
-    change = np.nan_to_num(evidence.whitened(means[1:] - means[0]))
+    means = model.predict(np.array([point, *finer])).mean[:, cells.case]
+    change = np.nan_to_num(cells.whitened(means[1:] - means[0]))
     seen = change - (change @ basis) @ basis.T
     found = []
     for k, (name, sign, shape, *_) in enumerate(labels):

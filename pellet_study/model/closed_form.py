@@ -1,7 +1,8 @@
 """The engine of the rigs that are formulas."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,8 @@ class ClosedForm:
     catalogue: Catalogue
     step: float = 1e-5
     levels: int = 9
+    simulates: bool = False
+    failed: Mapping[Any, str] = field(default_factory=dict)
     warnings: Sequence[str] = ()
 
     def predict(self, requests: Sequence[Request]) -> list[tuple[np.ndarray, np.ndarray]]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Protocol
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -33,11 +33,14 @@ class Engine(Protocol):
     values of a condition at which it can bear to be asked what the next measurement would show. `predict` gets all
     requests of a batch together and returns for each the means and the variances of these means, (m, k) arrays;
     `directly` does so for one point without interpolating between simulations.
-    `warnings` is what its user must know.
+    `simulates` says that its answers come from simulations, whose means scatter; `failed` is what could not be simulated,
+    a case or (case, effect), and why; `warnings` is what its user must know.
     """
 
     step: float
     levels: int
+    simulates: bool
+    failed: Mapping[Any, str]
     warnings: Sequence[str]
 
     def predict(self, requests: Sequence[Request]) -> list[tuple[np.ndarray, np.ndarray]]: ...

@@ -148,7 +148,7 @@ class Model:
         for rig, observable, indices, conditions, known in self._groups:
             effects = {e: values for e, values in present.items() if e in self.acting[rig]}
             engine = self.engines[rig]
-            kind = id(engine) if not isinstance(engine, ClosedForm) else 0
+            kind = id(engine) if engine.simulates else 0  # closed forms are asked together
             _, requests, places = asked.setdefault(kind, (engine, [], []))
             own = {name: shared[name] for name in self.study.catalogue.rigs[rig].parameters}
             requests.append(Request(rig, observable, conditions, {**own, **known}, effects))
@@ -168,7 +168,7 @@ class Model:
     @property
     def scatters(self) -> bool:
         """Whether some predictions have a scatter of their own."""
-        return any(not isinstance(engine, ClosedForm) for engine in self.engines.values())
+        return any(engine.simulates for engine in self.engines.values())
 
     @property
     def levels(self) -> int:

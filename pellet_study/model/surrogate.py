@@ -66,6 +66,7 @@ class Simulated:
 
     step = 1e-5
     levels = 3
+    simulates = True
 
     def __init__(self, study: Study, store: Path, workers: int | None = None, quiet: bool = False):
         self.catalogue, self.law, self.effort = study.catalogue, study.contact_law, study.effort
@@ -80,7 +81,7 @@ class Simulated:
         self.ranges = {name: Factor(s.low, s.high) for name, s in study.parameters.items() if s.free}
         self.warnings: list[str] = []
         # cases most of whose simulations failed, or (case, effect) where those with an effect did, and why; NaN there
-        self.dead: dict[Site | tuple[Site, str], str] = {}
+        self.failed: dict[Site | tuple[Site, str], str] = {}
         self.simulated = 0
         self._means: dict[tuple[str, str], tuple] | None = None
         self._base: dict[Site, Surface] = {}
@@ -252,7 +253,7 @@ class Simulated:
         together: dict[tuple[str, str], list[Site]] = {}
         for site in bases:
             self._base[site] = self._fit_base(site, plans[site], results)
-            if site not in self.dead:
+            if site not in self.failed:
                 together.setdefault((site.rig, site.observable), []).append(site)
         for mine in together.values():
             self._base |= dict(zip(mine, pooled([self._base[site] for site in mine]), strict=True))
@@ -266,7 +267,7 @@ class Simulated:
             groups.setdefault((site.rig, site.observable, name), []).append(site)
         for (_, _, name), mine in groups.items():
             runs = {site: self._effect_runs(site, name, plans[site, name], results) for site in mine}
-            alive = [site for site in mine if site not in self.dead and np.isfinite(runs[site].with_it).any()]
+            alive = [site for site in mine if site not in self.failed and np.isfinite(runs[site].with_it).any()]
             shapes = len(self.catalogue.effects[name].parameters) - 1
             surfaces = fitted_effects([runs[site] for site in alive]) if alive else []
             self._effects |= {(site, name): surface for site, surface in zip(alive, surfaces, strict=True)}
@@ -282,7 +283,7 @@ class Simulated:
         kept = np.isfinite(means)
         terms = quadratic(self._scaled(site, [p.factors for p in plan]))[kept]
         if lost:
-            self.dead[site] = f"{lost}; change the ranges in study.toml, or leave this row out"
+            self.failed[site] = f"{lost}; change the ranges in study.toml, or leave this row out"
             unknown = np.full(terms.shape[1], np.nan)
             return Surface(unknown, np.diag(unknown), np.nan)
         return Surface.fitted(terms, means[kept])
@@ -290,8 +291,8 @@ class Simulated:
     def _effect_runs(self, site: Site, name: str, plan: Sequence[Point], results: Mapping) -> EffectRuns:
         with_it, lost = self._means_of(site, plan, results)
         if lost:
-            self.dead[site, name] = f"{lost}: what {name} would do there is not known"
-            self.warnings.append(self.dead[site, name])
+            self.failed[site, name] = f"{lost}: what {name} would do there is not known"
+            self.warnings.append(self.failed[site, name])
         without = None
         if on_yade.rig(site.rig).paired:
             without, _ = self._means_of(site, [replace(p, effect=None) for p in plan], results)

@@ -10,6 +10,8 @@ from collections.abc import Iterable
 from functools import wraps
 from pathlib import Path
 
+from pellet_study.errors import InputError
+
 LABEL_WIDTH = 60  # letters of a label in a legend
 MODEL, MEASURED, PAPER = "#0072B2", "#D55E00", "#555555"
 LIGHT, BAND, LINE = "#BBD7EA", "#EDEDED", "#8A8A8A"
@@ -71,8 +73,10 @@ def styled(draw):
     return in_style
 
 
-def new_axes(width: float = 6.0, height: float = 3.8, **grid):
-    """A figure and its axes on the file backend (no window); `grid` goes to `Figure.subplots`."""
+def new_axes(width: float = 6.0, height: float = 3.8, *, ax=None, **grid):
+    """A figure and its axes on the file backend (no window), or given axes and theirs; `grid` goes to `Figure.subplots`."""
+    if ax is not None:
+        return ax.figure, ax
     from matplotlib.backends.backend_agg import FigureCanvasAgg
     from matplotlib.figure import Figure
 
@@ -81,9 +85,44 @@ def new_axes(width: float = 6.0, height: float = 3.8, **grid):
     return figure, figure.subplots(**grid)
 
 
-def legend_below(figure, handles: Iterable, labels: Iterable[str], columns: int = 2) -> None:
-    """A legend under a figure's axes, in as many columns as its width has room for; long labels are folded."""
+def new_panels(count: int, size: tuple[float, float], room: tuple[float, float], *, ax=None, **grid):
+    """A figure and `count` axes, three in a line, the rest of the last line hidden; or given axes and their figure.
+
+    Parameters
+    ----------
+    size : width and height of a panel, inches
+    room : least width of the figure, and height besides the panels
+    ax : axes to draw on, as many as there are panels
+
+    Raises
+    ------
+    InputError : their number is another
+    """
+    if ax is not None:
+        given = list(ax.flat) if hasattr(ax, "flat") else list(ax) if isinstance(ax, list | tuple) else [ax]
+        if len(given) != count:
+            raise InputError(f"ax: this figure has {count} panels, got {len(given)} axes; give a list of {count}")
+        return given[0].figure, given
+    columns = min(3, count)
+    lines = -(-count // columns)
+    figure, axes = new_axes(
+        max(size[0] * columns, room[0]), size[1] * lines + room[1], nrows=lines, ncols=columns, squeeze=False, **grid
+    )
+    for unused in axes.flat[count:]:
+        unused.set_visible(False)
+    return figure, list(axes.flat[:count])
+
+
+def legend_below(figure, handles: Iterable, labels: Iterable[str], columns: int = 2, *, ax=None) -> None:
+    """A legend under a figure's axes, in as many columns as its width has room for; long labels are folded.
+
+    On given axes it stands in the first of them: the rest of their figure is the caller's.
+    """
     labels = [textwrap.fill(text, LABEL_WIDTH) for text in labels]
+    if ax is not None:
+        first = ax.flat[0] if hasattr(ax, "flat") else ax[0] if isinstance(ax, list | tuple) else ax
+        first.legend(handles, labels)
+        return
     for number in range(min(columns, len(labels)), 0, -1):
         legend = figure.legend(handles, labels, loc="outside lower center", ncols=number)
         if number == 1 or legend.get_window_extent().width <= figure.bbox.width:

@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 
 from pellet_study.criticism import figures
-from pellet_study.criticism.text import fit_words
+from pellet_study.criticism.facts import fit_words
 from pellet_study.output import style
 from pellet_study.output.style import label
 from pellet_study.output.words import number, probability
@@ -12,11 +12,11 @@ from pellet_study.study.study import Study
 
 
 def _fit_words(told: dict) -> str:
-    if told["chi2"] is None:
+    judged = fit_words(told)
+    if judged is None:
         return (
             "There are neither standard deviations nor replicates: how well it fits cannot be judged from these data."
         )
-    judged = fit_words(told["fits"], told.get("holdout_p"))
     return (
         f"chi² = {number(told['chi2'])} on {told['dof']}, lack of fit p {probability(told['lack_of_fit_p'])}: {judged}."
     )

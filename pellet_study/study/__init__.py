@@ -2,3 +2,9 @@
 
 measurements < user_code < study < load, edit, history
 """
+
+from pellet_study.study.load import load
+from pellet_study.study.measurements import Measurement
+from pellet_study.study.study import Setting, Study
+
+__all__ = ["Measurement", "Setting", "Study", "load"]

@@ -9,7 +9,7 @@ from pellet_study.errors import InputError
 from pellet_study.output.words import nearest
 from pellet_study.rigs.catalogue import Catalogue
 from pellet_study.study import user_code
-from pellet_study.study.measurements import read
+from pellet_study.study.measurements import Measurement, read
 from pellet_study.study.study import SCALINGS, Setting, Study, check, settings
 
 KEYS = (
@@ -38,16 +38,28 @@ def load(folder: Path) -> Study:
     folder = Path(folder)
     file = folder / "study.toml"
     given = _toml_in(file)
+    refuse_unknown(given, file)
+    everything = user_code.of_study(folder)
+    rows = read(_inside(folder, file, _text(file, given, "measurements", "measurements.csv")), everything)
+    return assembled(given, rows, everything, file, folder)
+
+
+def refuse_unknown(given: Mapping, file: Path | str) -> None:
+    """Refuse keys that study.toml does not have."""
     for key in given:
         if key not in KEYS:
             raise InputError(f"{file}: {key!r} is unknown{nearest(key, KEYS)}")
-    everything = user_code.of_study(folder)
-    rows = read(_inside(folder, file, _text(file, given, "measurements", "measurements.csv")), everything)
+
+
+def assembled(
+    given: dict, rows: tuple[Measurement, ...], everything: Catalogue, file: Path | str, folder: Path | None
+) -> Study:
+    """A checked study of what study.toml says, given as tables, and of measured rows; `file` is named in errors."""
     possible = _possible(file, _table(file, given, "possible"), everything)
     catalogue = everything.within(list(dict.fromkeys([*(row.rig for row in rows), *possible])))
     law = _choice(file, given, "contact_law", CONTACT_LAWS)
     study = Study(
-        title=_text(file, given, "title", folder.resolve().name),
+        title=_text(file, given, "title", folder.resolve().name if folder else "study"),
         rows=rows,
         parameters=_parameters(file, _table(file, given, "parameters"), catalogue),
         effects=_effects(file, _table(file, given, "effects"), catalogue),
@@ -91,7 +103,7 @@ def _inside(folder: Path, file: Path, name: str) -> Path:
     return path
 
 
-def _text(file: Path, given: dict, key: str, default: str) -> str:
+def _text(file: Path | str, given: dict, key: str, default: str) -> str:
     value = given.get(key, default)
     if not isinstance(value, str):
         raise InputError(f"{file}: {key}: expected text in quotes, got {value!r}")
@@ -100,14 +112,14 @@ def _text(file: Path, given: dict, key: str, default: str) -> str:
     return value
 
 
-def _choice(file: Path, given: dict, key: str, accepted: Iterable[str]) -> str | None:
+def _choice(file: Path | str, given: dict, key: str, accepted: Iterable[str]) -> str | None:
     value = given.get(key)
     if value is not None and value not in list(accepted):
         raise InputError(f"{file}: {key} {value!r} is unknown{nearest(value, accepted)}")
     return value
 
 
-def _table(file: Path, given: dict, key: str) -> dict:
+def _table(file: Path | str, given: dict, key: str) -> dict:
     value = given.get(key, {})
     if not isinstance(value, dict):
         raise InputError(f"{file}: {key}: expected a table [{key}], got {value!r}")
@@ -156,7 +168,7 @@ def _limits(quantity: Mapping) -> tuple[float, float]:
     return float(quantity["min"]), float(quantity["max"])
 
 
-def _parameters(file: Path, given: dict, catalogue: Catalogue) -> dict[str, Setting]:
+def _parameters(file: Path | str, given: dict, catalogue: Catalogue) -> dict[str, Setting]:
     known = {name: q for rig in catalogue.rigs.values() for name, q in rig.parameters.items()}
     found = {}
     for name, value in given.items():
@@ -166,7 +178,7 @@ def _parameters(file: Path, given: dict, catalogue: Catalogue) -> dict[str, Sett
     return found
 
 
-def _effects(file: Path, given: dict, catalogue: Catalogue) -> dict[str, dict[str, Setting]]:
+def _effects(file: Path | str, given: dict, catalogue: Catalogue) -> dict[str, dict[str, Setting]]:
     found = {}
     for name, values in given.items():
         effect = catalogue.effect(name, f"{file}: effects: ")
@@ -181,7 +193,7 @@ def _effects(file: Path, given: dict, catalogue: Catalogue) -> dict[str, dict[st
     return found
 
 
-def _candidates(file: Path, given, catalogue: Catalogue) -> tuple[str, ...] | None:
+def _candidates(file: Path | str, given, catalogue: Catalogue) -> tuple[str, ...] | None:
     if given is None:
         return None
     if not isinstance(given, list) or not all(isinstance(name, str) for name in given):
@@ -191,7 +203,7 @@ def _candidates(file: Path, given, catalogue: Catalogue) -> tuple[str, ...] | No
     return tuple(dict.fromkeys(given))
 
 
-def _possible(file: Path, given: dict, catalogue: Catalogue) -> dict[str, dict[str, tuple[float, float]]]:
+def _possible(file: Path | str, given: dict, catalogue: Catalogue) -> dict[str, dict[str, tuple[float, float]]]:
     found = {}
     for name, ranges in given.items():
         rig = catalogue.rig(name, f"{file}: possible: ")

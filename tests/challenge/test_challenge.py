@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from pellet_study.challenge import acceptance, counting, trials, twins
+from pellet_study.challenge import acceptance, counting, resume, trials, twins
 from tests.helpers.make_study import command
 
 
@@ -67,7 +67,7 @@ def test_a_broken_off_campaign_goes_on(tmp_path):
     half = file.read_text()
     acceptance.run(file, scale=0.001, seconds=3.0)
     assert file.read_text().startswith(half) and len(file.read_text()) > len(half)
-    seen = [(r["kind"], r["hidden"], r["lambda"], r["number"]) for r in acceptance.read(file)]
+    seen = [(r["kind"], r["hidden"], r["lambda"], r["number"]) for r in resume.read(file)]
     assert len(seen) == len(set(seen))
 
 

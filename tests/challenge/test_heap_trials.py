@@ -6,7 +6,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study.challenge import sealed, tables
+from pellet_study.challenge import resume, sealed
 from pellet_study.challenge.heaps import HEAPS
 from pellet_study.model.model import Model
 from pellet_study.model.surrogate import Simulated
@@ -103,7 +103,7 @@ def test_a_committed_reading_repeats_to_its_last_digit(tmp_path):
 
 @pytest.mark.skipif(not PLACES, reason="no trials in this checkout")
 def test_committed_trials_hold_what_they_say():
-    table = {int(row["number"]): row for row in tables.read(RESULTS / "sealed" / "sealed.csv")}
+    table = {int(row["number"]): row for row in resume.read(RESULTS / "sealed" / "sealed.csv")}
     assert sorted(table) == [int(place.name) for place in PLACES]
     kinds = HEAPS.kinds()
     for place in PLACES:

@@ -6,9 +6,10 @@ import numpy as np
 import pytest
 
 from pellet_study.challenge import trials, twins
-from pellet_study.criticism.calibration import EXCESS, calibrate
-from pellet_study.criticism.cell_means import Evidence, pooled_sd
+from pellet_study.criticism.calibration import EXCESS, fit_study
+from pellet_study.criticism.cell_means import CellMeans
 from pellet_study.criticism.compare import compare
+from pellet_study.criticism.scatter import pooled_sd
 from pellet_study.criticism.score_tests import exceedance, largest_null, standardised
 from pellet_study.criticism.text import comparison_page
 from pellet_study.rigs import catalogue
@@ -174,28 +175,28 @@ def test_scatter_of_few_readings_is_pooled_unless_it_truly_differs(tmp_path):
     lines = ["rig,observable,value,normal_stress_pa,sd,n"]
     for k, stress in enumerate((1000.0, 1100.0, 1200.0, 1300.0, 1400.0, 1500.0)):
         lines.append(f"shear_cell,shear_stress_pa,{0.5 * stress},{stress},{(8, 14)[k % 2]},5")
-    pooled = calibrate(load(folder(tmp_path, lines))).evidence
+    pooled = fit_study(load(folder(tmp_path, lines))).cells
     assert pooled.sd == pytest.approx(np.sqrt((8**2 + 14**2) / 2 / 5), rel=1e-6)
     lines = [line.replace(",14,5", ",80,5") for line in lines]
-    apart = calibrate(load(folder(tmp_path, lines))).evidence
+    apart = fit_study(load(folder(tmp_path, lines))).cells
     assert apart.sd == pytest.approx(np.array([8, 80, 8, 80, 8, 80]) / np.sqrt(5), rel=1e-6)
 
 
-def of_rigs(group: tuple[int, ...], group_dof: tuple[int, ...]) -> Evidence:
+def of_rigs(group: tuple[int, ...], group_dof: tuple[int, ...]) -> CellMeans:
     n = len(group)
-    return Evidence(np.arange(n), np.ones(n), np.ones(n), np.ones(n), sum(group_dof), 0.0, 0, (), group, group_dof)
+    return CellMeans(np.arange(n), np.ones(n), np.ones(n), np.ones(n), sum(group_dof), 0.0, (), group, group_dof)
 
 
 def test_a_score_is_in_errors_that_readings_and_residuals_tell_together():
     """By hand: 8 cells of two rigs, a direction in the first, nothing absorbed."""
-    evidence, unit, nothing = of_rigs((0,) * 4 + (1,) * 4, (16, 20)), np.eye(8)[:1], np.zeros((8, 0))
+    cells, unit, nothing = of_rigs((0,) * 4 + (1,) * 4, (16, 20)), np.eye(8)[:1], np.zeros((8, 0))
     left = np.array([[3.0, 0.5, -0.5, 0.5, 1.0, -1.0, 1.0, -1.0]])
     expected = 3.0 / np.sqrt((16 + 0.75) / (16 + 4 - 1))  # residuals of the rig without the direction: 0.75
-    assert standardised(left, unit, nothing, evidence, two_sided=False)[0, 0] == pytest.approx(expected)
-    assert standardised(left, unit, nothing, evidence, two_sided=False, birge=False)[0, 0] == pytest.approx(3.0)
+    assert standardised(left, unit, nothing, cells, two_sided=False)[0, 0] == pytest.approx(expected)
+    assert standardised(left, unit, nothing, cells, two_sided=False, birge=False)[0, 0] == pytest.approx(3.0)
     left[0, 4:] *= 4  # misfit in the other rig: chi2 less the direction's is 64.75 on 7
     expected = 3.0 / np.sqrt(64.75 / 7 / EXCESS)
-    assert standardised(left, unit, nothing, evidence, two_sided=False)[0, 0] == pytest.approx(expected)
+    assert standardised(left, unit, nothing, cells, two_sided=False)[0, 0] == pytest.approx(expected)
 
 
 def test_the_largest_score_passes_its_critical_value_as_often_as_stated():
@@ -205,12 +206,12 @@ def test_the_largest_score_passes_its_critical_value_as_often_as_stated():
     unit = rng.standard_normal((6, 17))
     unit -= (unit @ basis) @ basis.T
     unit /= np.linalg.norm(unit, axis=1, keepdims=True)
-    evidence, noise = of_rigs(group, group_dof), rng.standard_normal((4000, 17))
+    cells, noise = of_rigs(group, group_dof), rng.standard_normal((4000, 17))
     for g, dof in enumerate(group_dof):
         noise[:, np.array(group) == g] /= np.sqrt(rng.chisquare(dof, (4000, 1)) / dof)
     left = noise - (noise @ basis) @ basis.T
-    largest = standardised(left, unit, basis, evidence, two_sided=False).max(axis=1)
-    null = largest_null(unit, basis, evidence, two_sided=False)
+    largest = standardised(left, unit, basis, cells, two_sided=False).max(axis=1)
+    null = largest_null(unit, basis, cells, two_sided=False)
     opened = np.mean([exceedance(null, z) < 0.05 for z in largest])
     assert 0.04 < opened < 0.06  # 0.05 +- 0.0034, and as much for the draws of the null
 
@@ -218,7 +219,7 @@ def test_the_largest_score_passes_its_critical_value_as_often_as_stated():
 @pytest.mark.parametrize("stated, known", [(False, (56, 20, 36, 48)), (True, (160, 160, 160, 160))])
 def test_an_sd_by_a_rule_is_known_as_well_as_all_the_readings_behind_it(stated, known):
     rows = trials.noisy_rows(trials.NOTHING.readings, np.random.default_rng(1), stated=stated)
-    assert calibrate(twins.study(rows)).evidence.group_dof == known
+    assert fit_study(twins.study(rows)).cells.group_dof == known
 
 
 def holdout_of(path, lines) -> float | None:

@@ -6,11 +6,11 @@ import numpy as np
 import pytest
 
 from pellet_study.challenge import trials, twins
-from pellet_study.criticism.calibration import calibrate
+from pellet_study.criticism.calibration import fit_study
 from pellet_study.criticism.diagnose import diagnose
 from pellet_study.criticism.least_squares import fit_many
 from pellet_study.criticism.rivals import LEFT_DRIFT, judge, rival_problem
-from pellet_study.criticism.score_tests import drifts
+from pellet_study.criticism.score_tests import constancy_tests
 from pellet_study.criticism.signatures import columns_of
 from pellet_study.study.load import load
 from pellet_study.study.measurements import Measurement
@@ -97,10 +97,10 @@ def test_a_look_alike_must_be_one_number(hidden, explains):
         Measurement(rig, observable, float(y), float(sd), 5, given, {}, "", 0.0, "fit", "", 0)
         for (rig, observable, given), y, sd in zip(twins.conditions(), truth.readings, sds, strict=True)
     ]
-    state = calibrate(twins.study(rows))
+    state = fit_study(twins.study(rows))
     column = columns_of(state.model, "reading_offset")[0]
-    fitted = fit_many(state.model, state.evidence, [rival_problem(state, ["reading_offset"], [{column: 0.1}])])[0]
-    found = drifts(replace(state, fit=fitted), frozenset({"rebound"}), birge=False)
+    fitted = fit_many(state.model, state.cells, [rival_problem(state, ["reading_offset"], [{column: 0.1}])])[0]
+    found = constancy_tests(replace(state, fit=fitted), frozenset({"rebound"}), birge=False)
     assert judge(state, [fitted])[0].explains == explains
     if not explains:
         assert found[0].condition == "seed_length_mm" and found[0].p < LEFT_DRIFT

@@ -6,9 +6,9 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study.criticism.calibration import calibrate, covariance, unit_of_chi2
+from pellet_study.criticism.calibration import covariance, fit_study, reduced_chi2
 from pellet_study.criticism.least_squares import fit_many
-from pellet_study.criticism.next_measurement import nearest, next_measurement, predicted
+from pellet_study.criticism.next_measurement import nearest_case, next_measurement, predicted
 from pellet_study.criticism.rivals import TIE, Rival, _tied, rival_problem
 from pellet_study.model.model import Case, Model
 from pellet_study.simulate import dispatch
@@ -60,13 +60,13 @@ def rivals_of(folder):
         "[parameters]\nseed_powder_static_friction = { value = 0.6, min = 0.3, max = 0.9 }\n"
     )
     study = load(folder)
-    state = calibrate(study, Model(study))
+    state = fit_study(study, Model(study))
     starts = {"adhesion": 2e-5, "load_dependent_friction": 0.05}
     problems = [
         rival_problem(state, [name], [{state.model.column[f"{name}.{study.catalogue.effects[name].amount}"]: start}])
         for name, start in starts.items()
     ]
-    fits = fit_many(state.model, state.evidence, problems)
+    fits = fit_many(state.model, state.cells, problems)
     return state, {(name,): fit for name, fit in zip(starts, fits, strict=True)}
 
 
@@ -108,7 +108,7 @@ def test_the_variance_of_a_simulated_prediction_is_that_of_the_nearest_measured_
         moved.append(
             (state.model.predict(point).mean[0, 1] - state.model.predict(fit.point).mean[0, 1]) / (1e-3 * (high - low))
         )
-    expected = np.array(moved) @ (covariance(fit) * unit_of_chi2(state, fit)) @ np.array(moved)
+    expected = np.array(moved) @ (covariance(fit) * reduced_chi2(state, fit)) @ np.array(moved)
     own = 1e-3 * means[0, 0]  # scatter of the simulations, half as much in degrees
     assert expected < variances[0, 0] < expected + own**2
     assert variances[0, 0] == pytest.approx(expected, rel=0.15)
@@ -117,7 +117,7 @@ def test_the_variance_of_a_simulated_prediction_is_that_of_the_nearest_measured_
 def test_the_nearest_case_is_one_of_the_same_rig(tmp_path, asked):
     state, _ = rivals_of(tmp_path)
     conditions = {**state.model.cases[0].conditions, "seed_length_mm": 2.5, "added_mass_mg": 10.0}
-    places = nearest(state, [Case("slope_slip", "slip_angle_deg", conditions, {})])
+    places = nearest_case(state, [Case("slope_slip", "slip_angle_deg", conditions, {})])
     assert [state.model.cases[k].conditions["seed_length_mm"] for k in places] == [2.6]
 
 
@@ -137,9 +137,9 @@ def test_a_closed_form_beside_a_simulated_rig_keeps_its_uncertainty(tmp_path, as
         lines = ['candidates = ["cohesion"]', "[parameters]", *free]
         (folder / "study.toml").write_text("\n".join(lines) + "\n")
         study = load(folder)
-        state = calibrate(study, Model(study))
+        state = fit_study(study, Model(study))
         problem = rival_problem(state, ["cohesion"], [{state.model.column["cohesion.cohesive_stress_pa"]: 100.0}])
-        (fit,) = fit_many(state.model, state.evidence, [problem])
+        (fit,) = fit_many(state.model, state.cells, [problem])
         means, variances = predicted(
             state, [Case("shear_cell", "shear_stress_pa", {"normal_stress_pa": 100.0}, {})], [fit]
         )
@@ -152,7 +152,7 @@ def test_a_rival_whose_simulations_scatter_is_tied_farther_off(tmp_path, asked):
     """Twice TIE behind the best: apart where predictions are certain, tied where their scatter may have done it."""
     state, rivals = rivals_of(tmp_path)
     first, second = (Rival(names, fit, True) for names, fit in rivals.items())
-    apart = TIE * unit_of_chi2(state, first.fit)
+    apart = TIE * reduced_chi2(state, first.fit)
     far = replace(second, fit=replace(second.fit, chi2=first.fit.chi2 + 2 * apart))
     assert _tied(state, [first, far], first) == [first]
     noisy = replace(far, noise=1.5 * apart)

@@ -6,7 +6,7 @@ from shutil import copytree
 import pytest
 
 from pellet_study.challenge import trials, twins
-from pellet_study.criticism.calibration import calibrate
+from pellet_study.criticism.calibration import fit_study
 from pellet_study.criticism.refine import swap
 from pellet_study.study.load import load
 from pellet_study.study.measurements import Measurement
@@ -91,7 +91,7 @@ def test_an_effect_that_a_rival_beats_is_swapped(first):
     study = twins.study(rows)
     for name in added:
         study = study.with_effect(name, {study.catalogue.effects[name].amount: 0.01})
-    found = swap(study, calibrate(study), added)
+    found = swap(study, fit_study(study), added)
     if first == "plastic_restitution":
         assert found is None
     else:

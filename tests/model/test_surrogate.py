@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 from pellet_study.challenge.seeds import BENCH
-from pellet_study.criticism.calibration import calibrate
+from pellet_study.criticism.calibration import fit_study
 from pellet_study.criticism.diagnose import diagnose
 from pellet_study.criticism.refine import refine
 from pellet_study.errors import SimulationError
@@ -182,7 +182,7 @@ def test_a_failing_rig_is_said_and_a_dead_one_ends_the_answer(tmp_path):
     heavy = "rig,observable,value,sd,n,seed_length_mm,added_mass_mg\nslope_slip,slip_angle_deg,31,0.5,10,1.0,50\n"
     study = load(study_in(tmp_path / "s", heavy))
     with pytest.raises(SimulationError, match="times the seed's mass.*leave this row out"):
-        calibrate(study)
+        fit_study(study)
 
 
 def stubbed(monkeypatch, fails):
@@ -220,7 +220,7 @@ def test_an_effect_that_cannot_be_simulated_silences_no_other(tmp_path, monkeypa
     assert any("what adhesion would do" in text for text in found.warnings)
     write_effect(tmp_path / "s" / "study.toml", "adhesion", {"surface_energy": Setting(0.001, 0.0, 0.002)})
     with pytest.raises(SimulationError, match="jammed"):
-        calibrate(load(tmp_path / "s"))
+        fit_study(load(tmp_path / "s"))
 
 
 def test_what_ran_out_of_time_is_asked_for_again(tmp_path, monkeypatch):

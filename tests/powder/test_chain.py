@@ -71,7 +71,7 @@ def quiet(line: str) -> None:
 def work_of(folder: Path, stub: Formula, monkeypatch, sizes=FULL, say=quiet) -> tuple[Heaps, Results]:
     """The heaps of a study's plan, given by a stub, and its folder of results."""
     monkeypatch.setattr(heaps_module, "dispatch", stub)
-    plan = plan_of(load.load(folder))
+    plan = plan_of(load(folder))
     return Heaps(plan, folder / ".store", sizes, say=say), Results(plan, folder)
 
 
@@ -341,10 +341,10 @@ def test_the_quick_chain_reads_the_stages_it_does_not_do(powder, tmp_path, monke
 def test_studies_without_a_measured_angle_are_refused(powder):
     (powder / "measurements.csv").write_text("rig,observable,value,sd\nrebound,rebound_height_mm,8.01,0.1\n")
     with pytest.raises(InputError, match="repose"):
-        plan_of(load.load(powder))
+        plan_of(load(powder))
     (powder / "measurements.csv").write_text("rig,observable,value\nrepose,repose_angle_deg,41.69\n")
     with pytest.raises(InputError, match="sd"):
-        plan_of(load.load(powder))
+        plan_of(load(powder))
 
 
 def test_repeats_are_heaps_at_the_same_points(powder, monkeypatch, capsys):
@@ -585,7 +585,7 @@ def test_a_setting_that_was_read_is_validated_with_seeds_that_did_not_choose_it(
     before = set(first.asked)
     stub = Formula(noise=1.5)
     monkeypatch.setattr(heaps_module, "dispatch", stub)
-    plan = plan_of(load.load(powder))
+    plan = plan_of(load(powder))
     folder = tmp_path / "quick"
     Chain(Heaps(plan, folder / ".store", QUICK), Results(plan, folder, powder)).run(["validation"])
     assert len(stub.asked) == 5  # four heaps, one of them again for its grains

@@ -42,7 +42,7 @@ def test_every_heap_has_its_own_seed_and_a_verdict():
 
 @pytest.mark.skipif(not (FULL / "screening" / "effects.csv").exists(), reason="the screening is not done yet")
 def test_the_screening_refitted_gives_the_committed_effects():
-    factors = plan_of(load.load(FULL)).factors
+    factors = plan_of(load(FULL)).factors
     found = plackett_burman.analyse(table_of(good("screening"), factors))
     committed = pd.read_csv(FULL / "screening" / "effects.csv").set_index("factor")
     for name, effect in found.effects.items():
@@ -93,7 +93,7 @@ class Committed:
 @pytest.mark.skipif(len(STAGES_DONE) < len(decisions.STAGES), reason="the chain is not done yet")
 def test_the_chain_on_the_committed_heaps_asks_for_these_and_decides_the_same(tmp_path, monkeypatch):
     monkeypatch.setattr(heaps, "dispatch", Committed())
-    plan = plan_of(load.load(FULL))
+    plan = plan_of(load(FULL))
     found = Chain(heaps.Heaps(plan, tmp_path / ".store"), Results(plan, tmp_path)).run()
     assert set(pd.read_csv(tmp_path / "runs.csv")["seed"]) == set(RUNS["seed"])
     committed = {stage: json.loads((FULL / stage / "decision.json").read_text()) for stage in STAGES_DONE}
@@ -110,7 +110,7 @@ def test_the_chain_on_the_committed_heaps_asks_for_these_and_decides_the_same(tm
 
 @pytest.mark.skipif(yade.version() != VERSION, reason=f"the committed heaps are those of YADE {VERSION}")
 def test_a_heap_simulated_again_has_the_same_bits(tmp_path):
-    plan = plan_of(load.load(FULL))
+    plan = plan_of(load(FULL))
     cheap = RUNS[(RUNS["verdict"] == "ok") & (RUNS["D"] >= 0.15)]  # others take three times as long
     row = cheap.iloc[np.random.default_rng(7).integers(len(cheap))]
     case = on_yade.case(

@@ -29,7 +29,7 @@ def plan(tmp_path):
     def of(toml: str = "", measurements: str = ANGLE) -> Plan:
         (tmp_path / "study.toml").write_text(toml)
         (tmp_path / "measurements.csv").write_text(measurements)
-        return plan_of(load.load(tmp_path))
+        return plan_of(load(tmp_path))
 
     return of
 
@@ -183,7 +183,7 @@ def test_the_bond_number_is_the_rigs(plan):
 
 @pytest.mark.skipif(not (FULL / "runs.csv").exists(), reason="no heap of results/full is committed yet")
 def test_the_bond_number_is_that_of_the_committed_heaps():
-    found = plan_of(load.load(FULL))
+    found = plan_of(load(FULL))
     runs = pd.read_csv(FULL / "runs.csv")
     for row in runs[runs["verdict"] == "ok"].itertuples():
         assert bond(found, row.G) == pytest.approx(row.bond_number, rel=1e-9)

@@ -1,0 +1,203 @@
+"""Compare, diagnose, add, drop, refine: the steps of model criticism, each from a study to an answer.
+
+Nothing is written unless `write=True`, which leaves in the study's folder what the command of that name leaves there.
+Rigs on YADE simulate; finished simulations are kept in the folder's `.store`, so such a study needs a folder.
+"""
+
+from pathlib import Path
+from typing import Any
+
+from pellet_study.api.answers import Comparison, Diagnosis, Refinement
+from pellet_study.criticism import answers, text
+from pellet_study.criticism.by_level import by_level
+from pellet_study.criticism.calibration import fit_study
+from pellet_study.criticism.compare import Comparison as Fitted
+from pellet_study.criticism.compare import compare as compare_rows
+from pellet_study.criticism.diagnose import diagnose as rank
+from pellet_study.criticism.refine import refine as refine_study
+from pellet_study.errors import InputError
+from pellet_study.output.words import nearest
+from pellet_study.study import history
+from pellet_study.study.edit import erase_effect, write_effect
+from pellet_study.study.study import Setting, Study, check
+
+
+def compare(study: Study, *, write: bool = False) -> Comparison:
+    """Calibrate the present model and hold it against every row.
+
+    Parameters
+    ----------
+    write : leave compare.txt and compare.json in the study's folder
+
+    Raises
+    ------
+    InputError : everything is held out, or there are more free parameters than rows; `write` without a folder
+    SimulationError : simulations failed that the answer needs
+
+    Examples
+    --------
+    >>> import pellet_study as ps
+    >>> answer = ps.compare(ps.load_study("results/wet_beads"))
+    >>> answer.fits
+    False
+    """
+    state = fit_study(study)
+    found = compare_rows(study, state, level_out=True)
+    answer = answers.comparison(found)
+    interpolation = answers.check_surface(answer, state)
+    page = text.comparison_page(study, found)
+    if write:
+        history.leave(folder_of(study), "compare", page, answer)
+    return Comparison(answer, page, study, interpolation)
+
+
+def diagnose(study: Study, *, write: bool = False) -> Diagnosis:
+    """Rank the effects that the model lacks; the study stays as it is.
+
+    Parameters
+    ----------
+    write : leave diagnose.txt and diagnose.json in the study's folder
+
+    Raises
+    ------
+    InputError, SimulationError : as `compare`
+
+    Examples
+    --------
+    >>> import pellet_study as ps
+    >>> answer = ps.diagnose(ps.load_study("results/caco3"))
+    >>> answer.verdict, answer.missing
+    ('adequate', [])
+    """
+    state = fit_study(study)
+    found = rank(study, state)
+    answer = {**answers.diagnosis(found), "by_level": by_level(state, found)}
+    page = text.diagnosis_page(study, found)
+    if write:
+        history.leave(folder_of(study), "diagnose", page, answer)
+    return Diagnosis(answer, page, study)
+
+
+def next_measurement(study: Study) -> dict[str, Any] | None:
+    """The measurement that would best tell the tied explanations apart, or show what is missing; None where none is needed.
+
+    Returns
+    -------
+    {rig, observable, conditions, predictions, uncertainties}; units stand in the names
+
+    Raises
+    ------
+    InputError, SimulationError : as `compare`
+    """
+    return diagnose(study).next_measurement
+
+
+def add(study: Study, effect: str, *, write: bool = False) -> Comparison:
+    """The study with one effect more, recalibrated; `answer.study` is that study, `answer.before` the model without it.
+
+    Parameters
+    ----------
+    effect : name of an effect that acts in the rigs used
+    write : put the effect into study.toml with its fitted value; leave compare.txt, compare.json and a step of the history
+
+    Raises
+    ------
+    InputError : it is there already, unknown, or acts in none of the rigs used; else as `compare`
+    SimulationError : as `compare`
+    """
+    if effect in study.effects:
+        raise InputError(f"{effect} is in [effects] already")
+    if effect not in study.acting():
+        study.catalogue.effect(effect)
+        raise InputError(
+            f"{effect} acts in none of the rigs used ({', '.join(study.rigs)}){nearest(effect, study.acting())}"
+        )
+    larger = study.with_effect(effect)
+    check(larger)
+    before, after = compare_rows(study, level_out=True), compare_rows(larger, level_out=True)
+    fitted = {
+        name: Setting(after.parameters[f"{effect}.{name}"], setting.low, setting.high)
+        for name, setting in larger.effects[effect].items()
+    }
+    if write:
+        write_effect(folder_of(study) / "study.toml", effect, fitted)
+    return _both(larger, before, after, write)
+
+
+def drop(study: Study, effect: str, *, write: bool = False) -> Comparison:
+    """The study with one effect less, recalibrated; `answer.study` is that study, `answer.before` the model with it.
+
+    Parameters
+    ----------
+    effect : name of an effect in [effects]
+    write : take it out of study.toml; leave compare.txt, compare.json and a step of the history
+
+    Raises
+    ------
+    InputError : it is not there; else as `compare`
+    SimulationError : as `compare`
+    """
+    if effect not in study.effects:
+        raise InputError(f"{effect} is not in [effects]{nearest(effect, study.effects)}")
+    before, smaller = compare_rows(study, level_out=True), study.without_effect(effect)
+    check(smaller)
+    after = compare_rows(smaller, level_out=True)
+    if write:
+        erase_effect(folder_of(study) / "study.toml", effect)
+    return _both(smaller, before, after, write)
+
+
+def refine(study: Study, *, write: bool = False) -> Refinement:
+    """Compare, diagnose, add, again, until the verdict is adequate, tied or unexplained.
+
+    Parameters
+    ----------
+    write : put what was added into study.toml; leave refine.txt, refine.json, compare.txt, compare.json and the history
+
+    Raises
+    ------
+    InputError, SimulationError : as `compare`
+
+    Examples
+    --------
+    >>> import pellet_study as ps
+    >>> answer = ps.refine(ps.load_study("results/wet_beads"))
+    >>> answer.verdict, answer.added
+    ('adequate', ['cohesion'])
+    """
+    found = refine_study(study)
+    answer = answers.refinement(found)
+    interpolation = answers.check_surface(answer, found.state)
+    answer["diagnoses"][0]["by_level"] = by_level(found.first, found.diagnoses[0])
+    page = text.refinement_page(study, found, answer["steps"])
+    if write:
+        folder = folder_of(study)
+        for name in found.added:
+            write_effect(folder / "study.toml", name, found.study.effects[name])
+        history.record(folder, answer["steps"])
+        history.leave(folder, "refine", page, answer)
+        last = text.comparison_page(found.study, found.steps[-1])
+        history.leave(folder, "compare", last, answer["steps"][-1])
+    return Refinement(answer, page, found.study, interpolation)
+
+
+def folder_of(study: Study) -> Path:
+    """The folder in which a study's answers are kept.
+
+    Raises
+    ------
+    InputError : the study has none
+    """
+    if study.folder is None:
+        raise InputError("write=True: the study has no folder; give study(..., folder=FOLDER), or load_study(FOLDER)")
+    return study.folder
+
+
+def _both(study: Study, before: Fitted, after: Fitted, write: bool) -> Comparison:
+    """The answer of `add` and `drop`: the new model, with the old one as `before`."""
+    steps = [answers.comparison(before), answers.comparison(after)]
+    page = text.folded([text.comparison_page(study, after), "", *text.ladder(steps)])
+    if write:
+        history.record(folder_of(study), steps)
+        history.leave(folder_of(study), "compare", page, steps[1])
+    return Comparison({**steps[1], "before": steps[0]}, page, study)

@@ -1,0 +1,119 @@
+"""Studies from a folder, or from a data frame of readings and what is known and free."""
+
+from __future__ import annotations
+
+import tempfile
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from pellet_study.errors import InputError
+from pellet_study.rigs.catalogue import standard
+from pellet_study.study import user_code
+from pellet_study.study.load import assembled, load
+from pellet_study.study.measurements import read
+from pellet_study.study.study import Setting, Study
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Free = float | tuple[float, float] | tuple[float, float, float] | Setting
+
+
+def load_study(folder: Path | str) -> Study:
+    """The study in a folder: study.toml, measurements.csv, and effects/ and rigs/ of its own.
+
+    Raises
+    ------
+    InputError : anything in it cannot be used
+
+    Examples
+    --------
+    >>> import pellet_study as ps
+    >>> study = ps.load_study("results/wet_beads")
+    >>> study.rigs, sorted(study.parameters)
+    (('layer_on_incline',), ['internal_friction'])
+    """
+    return load(Path(folder))
+
+
+def study_of(
+    measurements: pd.DataFrame,
+    *,
+    parameters: Mapping[str, Free] | None = None,
+    effects: Mapping[str, Mapping[str, Free]] | None = None,
+    candidates: Sequence[str] | None = None,
+    possible: Mapping[str, Mapping[str, Free]] | None = None,
+    contact_law: str | None = None,
+    effort: float = 1.0,
+    title: str = "study",
+    folder: Path | str | None = None,
+) -> Study:
+    """A study of a data frame of readings.
+
+    Parameters
+    ----------
+    measurements : the columns of measurements.csv: `rig`, `observable`, `value`, conditions with their unit in the name;
+        optional `sd`, `n`, `setup`, `setup_sd`, `split`, `order`, `resolution`, `note` and known parameters
+    parameters : a number is fixed; (min, max) or (value, min, max) is free; what is not named keeps its default
+    effects : {effect: {parameter: as above}}, physics present beyond the base
+    candidates : effects that `diagnose` may consider; default: all that act in the rigs used
+    possible : {rig: {condition: (min, max)}} of what could be measured next
+    contact_law : of the rigs on YADE
+    effort : multiplies the number of simulations
+    folder : where simulations are kept (.store) and answers written; needed for rigs on YADE
+
+    Raises
+    ------
+    InputError : anything in it cannot be used
+
+    Examples
+    --------
+    >>> import pandas as pd
+    >>> import pellet_study as ps
+    >>> stress = [500.0, 1000.0, 2000.0, 4000.0]
+    >>> readings = pd.DataFrame({"rig": "shear_cell", "observable": "shear_stress_pa", "sd": 10.0,
+    ...                          "normal_stress_pa": stress, "value": [0.6 * s + 100 for s in stress]})
+    >>> study = ps.study_of(readings, parameters={"internal_friction": (0.1, 1.5)})
+    >>> ps.refine(study).verdict
+    'adequate'
+    """
+    given: dict[str, Any] = {
+        "title": title,
+        "effort": effort,
+        "parameters": {name: _setting(value) for name, value in (parameters or {}).items()},
+        "effects": {e: {name: _setting(v) for name, v in values.items()} for e, values in (effects or {}).items()},
+        "possible": {rig: {c: _setting(v) for c, v in ranges.items()} for rig, ranges in (possible or {}).items()},
+    }
+    given |= {} if candidates is None else {"candidates": list(candidates)}
+    given |= {} if contact_law is None else {"contact_law": contact_law}
+    where = Path(folder) if folder is not None else None
+    if where is not None:
+        where.mkdir(parents=True, exist_ok=True)
+    everything = standard() if where is None else user_code.of_study(where)
+    with tempfile.TemporaryDirectory() as temporary:
+        file = Path(temporary) / "measurements"  # read as a file is, with the same checks
+        measurements.to_csv(file, index=False)
+        try:
+            rows = read(file, everything)
+        except InputError as error:
+            raise InputError(str(error).replace(str(file), "measurements")) from None
+    study = assembled(given, rows, everything, "study_of", where)
+    simulated = [rig for rig in study.rigs if study.catalogue.rigs[rig].predict is None]
+    if simulated and where is None:
+        raise InputError(f"{', '.join(simulated)} runs on YADE: name a folder for its simulations with folder=")
+    return study
+
+
+def _setting(value: Free) -> float | dict[str, float]:
+    """As study.toml has it."""
+    if isinstance(value, Setting):
+        value = (
+            (value.value, value.low, value.high) if value.low is not None and value.high is not None else value.value
+        )
+    if not isinstance(value, tuple | list):
+        return value
+    names = ("min", "max") if len(value) == 2 else ("value", "min", "max")
+    if len(value) != len(names):
+        raise InputError(f"{value!r}: expected a number, (min, max) or (value, min, max)")
+    return dict(zip(names, value, strict=True))
