@@ -4,10 +4,8 @@ from pathlib import Path
 
 import pandas as pd
 
-from pellet_study.bench import report
-from pellet_study.bench.report import PAPER_FOUND
+from pellet_study.bench import figures, printed, report
 from pellet_study.output.style import label, words
-from pellet_study.paper import printed as paper
 from pellet_study.powder.plan import OBSERVABLE
 from pellet_study.report.parts import picture, table
 from pellet_study.report.powder import powder_stages
@@ -30,7 +28,6 @@ def bench(folder: Path) -> list[dict]:
     if not (folder / "calibration.csv").exists():
         return []
     results = report.read(folder)
-    printed = paper.tables()["text"]
     rows = []
     for r in results:
         check = r.verification
@@ -40,7 +37,7 @@ def bench(folder: Path) -> list[dict]:
                 label(r.stage.parameter).replace("$", "").replace("_", ""),
                 "not reached" if r.value is None else f"{r.value:.5f}",
                 "-" if r.value is None else f"{r.interval[0]:.4f} to {r.interval[1]:.4f}",
-                f"{printed[PAPER_FOUND[r.stage.symbol]]:g}",
+                f"{printed.solution(r.stage):g}",
                 f"{r.reading.value:g} {words(r.stage.observable)[1]}",
                 "-" if check is None else f"{check.value:.2f} ± {check.standard_error:.2f}",
                 "-" if check is None else f"{r.verification_error_percent:.2f} %",
@@ -69,7 +66,7 @@ def bench(folder: Path) -> list[dict]:
                 ],
                 "pictures": [
                     picture(
-                        report.figure(r),
+                        figures.sweep(r),
                         f"{r.stage.rig}: level means, fitted parabola with its band, measurement and root",
                         "Points: mean over seeds with two standard errors. Line: parabola with its 95 % band. Dashed: the "
                         "measurement; star: where the parabola meets it; shaded: 95 % interval of the parameter.",
