@@ -10,8 +10,10 @@ from pellet_study.output.terminal import done, say
 EXAMPLES = """\
 TABLE.csv: factor columns in coded or physical units, the response in the last column; an empty response is a
 run that failed. A factor whose -1 is its higher level is given as --factor B=0.90,0.82.
-A column of -1, 0, 1 is coded already; of any other the least, middle and greatest value are -1, 0 and 1 unless
---factor says otherwise (axial levels of -1.414 and 1.414: --factor A=-1,1 keeps them beyond the box).
+A column of -1, 0, 1, with axial levels such as -1.414 and 1.414 or without, is coded already; of any other the least
+and the greatest value are -1 and 1, in a composite design those of the cube; --factor says otherwise.
+CSV of any spreadsheet or statistics program (decimal commas, UTF-16, GBK too), or xlsx; columns such as StdOrder,
+RunOrder and PtType are left out, a block (day, batch) is given as --block NAME, anything else as --ignore NAME.
 
 examples:
   pellet-study bbd surface.csv --factor B=0.90,0.82 --target 41.69 --uncertainty 0.79 --figures figures
@@ -62,6 +64,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     making.add_argument("--face-centred", action="store_true", help="face-centred central composite: has corners")
     making.add_argument("--centre", metavar="N", type=int, default=5, help="centre points (5)")
     making.add_argument("--output", metavar="CSV", type=Path, help="write the design there (default: print it)")
+    making.add_argument("--force", action="store_true", help="overwrite a table that is there")
 
 
 def run(arguments: argparse.Namespace) -> dict:
@@ -82,7 +85,7 @@ def run(arguments: argparse.Namespace) -> dict:
     from pellet_study.doe.design_table import read_design
     from pellet_study.doe.factors import parse_factors
 
-    table = read_design(arguments.table, parse_factors(arguments.factor), 5, arguments.ignore)
+    table = read_design(arguments.table, parse_factors(arguments.factor), 5, arguments.ignore, arguments.block)
     surface = box_behnken.analyse(table, arguments.alpha)
     warnings = text.surface_warnings(surface)
     parts = [text.surface_text(surface)]  # printed when all that was asked for could be answered
@@ -106,7 +109,9 @@ def _design(arguments) -> dict:
     from pellet_study.doe.factors import parse_factors
 
     factors = parse_factors(arguments.design)
-    return write_design(box_behnken.design(factors, arguments.centre, arguments.face_centred), arguments.output)
+    return write_design(
+        box_behnken.design(factors, arguments.centre, arguments.face_centred), arguments.output, arguments.force
+    )
 
 
 def _reduced(arguments, surface, answer: dict, parts: list[str]):
@@ -121,8 +126,11 @@ def _reduced(arguments, surface, answer: dict, parts: list[str]):
     if arguments.reduce is not None:
         reduced, more = box_behnken.reduce_backward(reduced, arguments.reduce)
         dropped += more
-    parts.append(f"Reduced model, without {', '.join(dropped) or 'nothing'}\n\n{text.surface_text(reduced)}")
-    answer["reduced"] = {"dropped": dropped, **answers.surface_answer(reduced)}
+    parts.append(
+        f"Reduced model, without {', '.join(dropped) or 'nothing'}{text.SELECTED if dropped else ''}\n\n"
+        + text.surface_text(reduced)
+    )
+    answer["reduced"] = {"dropped": dropped, **answers.surface_answer(reduced), "p_follow_selection": bool(dropped)}
     return reduced
 
 

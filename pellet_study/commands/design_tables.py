@@ -16,6 +16,10 @@ def add_table_arguments(parser: argparse.ArgumentParser) -> None:
         help="physical values of -1 and +1 (LOW may be the larger); default: the column's least and greatest",
     )  # fmt: skip
     parser.add_argument("--ignore", metavar="NAME", action="append", default=[], help="a column that is no factor")
+    parser.add_argument(
+        "--block", metavar="NAME", action="append", default=[],
+        help="a column that says in which block (day, batch) a run was made: fitted beside the factors",
+    )  # fmt: skip
     parser.add_argument("--alpha", type=float, default=0.05, help="significance level (0.05)")
     parser.add_argument("--unit", default="", help="unit of the response, for the figures")
     parser.add_argument("--figures", metavar="DIR", type=Path, help="write the figures there (PNG)")
@@ -64,12 +68,22 @@ def writing(path: Path):
         ) from None
 
 
-def write_design(frame, path: Path | None) -> dict:
-    """Print a design or write it as a table whose response is to be filled in."""
+def write_design(frame, path: Path | None, force: bool = False) -> dict:
+    """Print a design or write it as a table whose response is to be filled in.
+
+    Raises
+    ------
+    InputError
+        If there is a file already and it is not forced, or the place cannot be written to.
+    """
     frame = frame.assign(response="")
     if path is None:
         print(frame.to_csv(index=False), end="")
     else:
+        if path.exists() and not force:
+            raise InputError(
+                f"{path} exists, and runs may have been filled in: give another name, or overwrite it with --force"
+            )
         with writing(path):
             frame.to_csv(path, index=False)
         print(f"{len(frame)} runs written to {path}; run them in random order, fill in the last column")

@@ -1,6 +1,7 @@
 """`pellet-study pb`: analyse a Plackett-Burman table, climb from it, or make a design."""
 
 import argparse
+import shlex
 from pathlib import Path
 
 from pellet_study.commands.design_tables import add_table_arguments, check_arguments, kept, warn, write_design, writing
@@ -10,7 +11,8 @@ from pellet_study.output.terminal import done, say
 EXAMPLES = """\
 TABLE.csv: factor columns in coded or physical units, the response in the last column; an empty response is a
 run that failed. Rows in any order, centre points and replicates welcome.
-Cells are separated by commas (or all by semicolons, or all by tabs); numbers have a decimal point.
+CSV of any spreadsheet or statistics program (decimal commas, UTF-16, GBK too), or xlsx; columns such as StdOrder,
+RunOrder and PtType are left out, a block (day, batch) is given as --block NAME, anything else as --ignore NAME.
 R2 and its kin leave out the curvature (the centre points), C.V. is in percent of the mean of all runs.
 
 examples:
@@ -49,6 +51,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     making.add_argument("--runs", metavar="N", type=int, help="8, 12, 16, 20 or 24 (default: 12, 20 or 24)")
     making.add_argument("--centre", metavar="N", type=int, default=0, help="centre points (0)")
     making.add_argument("--output", metavar="CSV", type=Path, help="write the design there (default: print it)")
+    making.add_argument("--force", action="store_true", help="overwrite a table that is there")
 
 
 def run(arguments: argparse.Namespace) -> dict:
@@ -59,15 +62,21 @@ def run(arguments: argparse.Namespace) -> dict:
     if arguments.design:
         return _design(arguments)
     from pellet_study.doe import answers, plackett_burman, text
+    from pellet_study.doe.cautions import climb_cautions
     from pellet_study.doe.design_table import read_design
     from pellet_study.doe.factors import parse_factors
+    from pellet_study.doe.path_table import ignored_in
 
-    table = read_design(arguments.table, parse_factors(arguments.factor), 3, arguments.ignore)
+    tables = [arguments.table, *([arguments.climb_runs] if arguments.climb_runs else [])]
+    ignore, *ignore_runs = ignored_in(tables, arguments.ignore) if arguments.ignore else [[]] * len(tables)
+    table = read_design(arguments.table, parse_factors(arguments.factor), 3, ignore, arguments.block)
     screening = plackett_burman.analyse(table, arguments.alpha)
     warnings = text.screening_warnings(screening)
     answer = {**answers.screening_answer(screening), "warnings": warnings}
     climb = _climb(arguments, screening)
-    turning = _turning(arguments, table, warnings)
+    if climb:
+        warnings += climb_cautions(climb, screening)
+    turning = _turning(arguments, table, warnings, ignore_runs)
     say(text.screening_text(screening))
     if climb:
         say("\n" + text.climb_text(climb))
@@ -78,9 +87,19 @@ def run(arguments: argparse.Namespace) -> dict:
     warn(warnings)
     if arguments.figures:
         answer["figures"] = _figures(arguments, screening, climb)
-    largest = sorted(sorted(screening.effects, key=lambda name: -abs(screening.effects[name]))[:3])
-    done(kept(arguments), "bbd --design " + " ".join(f"{name}=LOW,HIGH" for name in largest))
+    done(kept(arguments), _next(screening))
     return answer
+
+
+def _next(screening) -> str | None:
+    """The design of a surface in the factors that are clear; None where there are not two of them."""
+    from pellet_study.doe.steepest_climb import significant
+
+    clear = sorted(significant(screening))
+    if len(clear) < 2:
+        return None
+    words = " ".join(shlex.quote(f"{name}=LOW,HIGH") for name in clear)
+    return f"bbd --design {words}" + (" --face-centred" if len(clear) == 2 else "")
 
 
 def _design(arguments) -> dict:
@@ -88,7 +107,9 @@ def _design(arguments) -> dict:
     from pellet_study.doe.factors import parse_factors
 
     factors = parse_factors(arguments.design)
-    return write_design(plackett_burman.design(factors, arguments.runs, arguments.centre), arguments.output)
+    return write_design(
+        plackett_burman.design(factors, arguments.runs, arguments.centre), arguments.output, arguments.force
+    )
 
 
 def _climb(arguments, screening):
@@ -114,22 +135,15 @@ def _climb(arguments, screening):
     )
 
 
-def _turning(arguments, table, warnings: list[str]):
+def _turning(arguments, table, warnings: list[str], ignore: list[list[str]]):
     """Where the runs made on the path turned, if any were given."""
     if arguments.climb_runs is None:
         return None
     from pellet_study.doe import steepest_climb
-    from pellet_study.doe.design_table import read_numbers, read_rows
+    from pellet_study.doe.path_table import read_path
 
-    header, _ = read_rows(arguments.climb_runs)
-    runs, _, notes = read_numbers(arguments.climb_runs, [name for name in arguments.ignore if name in header])
-    unknown = [name for name in runs.columns[:-1] if name not in table.names]
-    if unknown:
-        raise InputError(
-            f"{arguments.climb_runs} has the columns {', '.join(unknown)}, which are no factors of the table "
-            f"({', '.join(table.names)}): expected factors, then the response; leave others out with --ignore"
-        )
-    warnings += [f"{arguments.climb_runs.name}: {note}" for note in notes]
+    runs, notes = read_path(arguments.climb_runs, table, ignore[0], arguments.lowest)
+    warnings += notes
     units = {factor.name: factor.unit for factor in table.factors}
     ascend = not (arguments.descend or arguments.lowest)
     return steepest_climb.turning(runs, arguments.target, ascend, units)

@@ -5,6 +5,7 @@ from dataclasses import asdict, fields, is_dataclass
 import numpy as np
 import pandas as pd
 
+from pellet_study.doe.blocks import offsets
 from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.linear_model import Interval
 from pellet_study.doe.optimum import TargetSet
@@ -51,7 +52,15 @@ def _common(analysis: Screening | Surface) -> dict:
         "response": str(analysis.table.response.name),
         "factors": [asdict(factor) for factor in analysis.table.factors],
         "lenth": analysis.lenth,
+        "blocks": _blocks(analysis),
+        "left_out": analysis.table.left_out,
     }
+
+
+def _blocks(analysis: Screening | Surface) -> dict[str, dict[str, float]]:
+    """{column: {block: its level above the mean of the blocks}}."""
+    columns = dict(zip(analysis.model.columns, analysis.model.results.params, strict=True))
+    return offsets(analysis.table.blocks, columns)
 
 
 def screening_answer(screening: Screening) -> dict:

@@ -19,6 +19,8 @@ class Factor:
         its factor B so: -1 is 0.90 and +1 is 0.82).
     unit : str
         Unit of the physical levels; empty for a pure number.
+    levels : tuple of str
+        Names of the levels of a categorical factor, two or more; of two the first is -1 and the second +1.
 
     Raises
     ------
@@ -30,6 +32,7 @@ class Factor:
     low: float = -1.0
     high: float = 1.0
     unit: str = ""
+    levels: tuple[str, ...] = ()
 
     def __post_init__(self):
         if not (np.isfinite(self.low) and np.isfinite(self.high)) or self.low == self.high:
@@ -67,8 +70,18 @@ def with_unit(name: str, unit: str) -> str:
 
 
 def parse_factor(text: str) -> Factor:
-    """A factor from `NAME=LOW,HIGH` or `NAME=LOW,HIGH,UNIT`, LOW being the physical value of -1."""
+    """A factor from `NAME=LOW,HIGH` or `NAME=LOW,HIGH,UNIT`, LOW being the physical value of -1.
+
+    `NAME=WORD,WORD,...`, none of them a number, is a categorical factor.
+    """
     name, _, levels = text.partition("=")
+    words = [word.strip() for word in levels.split(",")]
+    if name.strip() and len(words) > 1 and all(words) and not any(map(_numeric, words)):
+        if len(set(words)) < len(words):
+            raise InputError(
+                f"the factor {text!r} names a level twice: expected different words, such as {name}=old,new"
+            )
+        return Factor(name.strip(), levels=tuple(words))
     low, high, unit = (levels.split(",") + ["", ""])[:3]
     try:
         if not name.strip():
@@ -79,6 +92,14 @@ def parse_factor(text: str) -> Factor:
             f"the factor {text!r} was not understood: expected NAME=LOW,HIGH or NAME=LOW,HIGH,UNIT with LOW "
             "the physical value of -1, for example B=0.90,0.82"
         ) from None
+
+
+def _numeric(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
 
 
 def parse_factors(words: list[str]) -> list[Factor]:
@@ -111,7 +132,15 @@ def parse_levels(text: str) -> dict[str, float]:
 def parse_range(text: str) -> tuple[str, tuple[float, float]]:
     """(name, (low, high)) from `A=1,2`."""
     factor = parse_factor(text)
+    if factor.levels:
+        raise InputError(f"{text!r} was not understood: expected NAME=LOW,HIGH with numbers, for example B=0.90,0.82")
     return factor.name, (factor.low, factor.high)
+
+
+def rounded(values, scale: float):
+    """Levels without the noise of their computation: to eleven digits of a quantity of this size, whatever its unit."""
+    decimals = 10 - int(np.floor(np.log10(scale))) if scale > 0 else 10
+    return np.round(np.asarray(values, dtype=float), decimals) if decimals < 300 else np.asarray(values, dtype=float)
 
 
 def physical_design(coded, factors: list[Factor]):
@@ -119,4 +148,9 @@ def physical_design(coded, factors: list[Factor]):
     import pandas as pd
 
     coded = np.asarray(coded, dtype=float)
-    return pd.DataFrame({factor.name: factor.physical(coded[:, i]) for i, factor in enumerate(factors)}).round(12)
+    return pd.DataFrame(
+        {
+            factor.name: rounded(factor.physical(coded[:, i]), max(abs(factor.low), abs(factor.high)))
+            for i, factor in enumerate(factors)
+        }
+    )
