@@ -4,7 +4,15 @@ import argparse
 import shlex
 from pathlib import Path
 
-from pellet_study.commands.design_tables import add_table_arguments, check_arguments, kept, warn, write_design, writing
+from pellet_study.commands.design_tables import (
+    add_making_arguments,
+    add_table_arguments,
+    check_arguments,
+    kept,
+    warn,
+    write_design,
+    writing,
+)
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say
 
@@ -46,12 +54,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     climb.add_argument("--climb-runs", metavar="CSV", type=Path, help="runs made on the path, response last: read back")
     climb.add_argument("--lowest", action="store_true", help="the best run has the lowest response, as for errors")
     climb.add_argument("--target", type=float, help="response wanted on the path (default: the highest)")
-    making = parser.add_argument_group("a new design")
-    making.add_argument("--design", metavar="A=LOW,HIGH", nargs="+", help="make the design for these factors")
+    making = add_making_arguments(parser, centre=0)
     making.add_argument("--runs", metavar="N", type=int, help="8, 12, 16, 20 or 24 (default: 12, 20 or 24)")
-    making.add_argument("--centre", metavar="N", type=int, default=0, help="centre points (0)")
-    making.add_argument("--output", metavar="CSV", type=Path, help="write the design there (default: print it)")
-    making.add_argument("--force", action="store_true", help="overwrite a table that is there")
 
 
 def run(arguments: argparse.Namespace) -> dict:
@@ -103,13 +107,19 @@ def _next(screening) -> str | None:
 
 
 def _design(arguments) -> dict:
-    from pellet_study.doe import plackett_burman
+    import numpy as np
+
+    from pellet_study.doe import blocking, plackett_burman
     from pellet_study.doe.factors import parse_factors
+    from pellet_study.doe.run_sheet import run_sheet
 
     factors = parse_factors(arguments.design)
-    return write_design(
-        plackett_burman.design(factors, arguments.runs, arguments.centre), arguments.output, arguments.force
-    )
+    plain = plackett_burman.coded_matrix(len(factors), arguments.runs, arguments.centre)
+    coded = plackett_burman.with_words(plain, factors)
+    blocks = blocking.screening_blocks(plain, arguments.blocks)
+    matrix = np.column_stack([np.ones(len(coded)), coded])
+    sheet = run_sheet(coded, factors, blocks, arguments.seed, model_matrix=matrix)
+    return write_design(sheet, arguments.output, arguments.force, "pb")
 
 
 def _climb(arguments, screening):

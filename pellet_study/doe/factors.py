@@ -58,6 +58,17 @@ class Factor:
         r"""Physical level :math:`u = u_0 + x \Delta` of a coded one."""
         return self.centre + np.asarray(coded, dtype=float) * self.half_range
 
+    def word(self, coded: float) -> str:
+        """A level as it is written in a table."""
+        return self.levels[int(coded > 0)] if self.levels else f"{float(self.physical(coded)):.6g}"
+
+    @property
+    def declaration(self) -> str:
+        """As `parse_factor` reads it."""
+        if self.levels:
+            return f"{self.name}={','.join(self.levels)}"
+        return f"{self.name}={self.low:.12g},{self.high:.12g}" + (f",{self.unit}" if self.unit else "")
+
     @property
     def label(self) -> str:
         """Name with unit, as written on an axis."""

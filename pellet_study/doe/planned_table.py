@@ -104,6 +104,15 @@ def extended(table: PlannedTable, added: np.ndarray, block: str, seed: int, resp
     return frame
 
 
+def runs_to_repeat(table: PlannedTable, chosen: list[int], seed: int) -> pd.DataFrame:
+    """The runs with a response and then those to repeat, in random order; the other lost runs are left out."""
+    order = [*np.flatnonzero(table.response.notna()), *np.random.default_rng(seed).permutation(chosen)]
+    whole = extended(table, np.empty((0, len(table.factors))), "", seed)
+    frame = whole.iloc[order].reset_index(drop=True)
+    frame[RUN] = np.arange(1, len(frame) + 1)
+    return frame if table.blocks else frame.drop(columns=BLOCK)
+
+
 def next_block(table: PlannedTable) -> str:
     """A label for a new block."""
     labels = set(table.blocks or ("1",))

@@ -92,7 +92,7 @@ def score(names: list[str], coded, model: str, blocks: np.ndarray | None = None)
     terms = model_terms(names, model)
     matrix = columns_of(coded, terms)
     runs, size = matrix.shape
-    extra = _block_columns(blocks)
+    extra = block_columns(blocks)
     full = np.column_stack([matrix, extra]) if extra is not None else matrix
     mixed = confounded(full, [*terms, *(f"block {i + 2}" for i in range(full.shape[1] - size))])
     distinct = len(np.unique(np.column_stack([coded.round(6), *([extra] if extra is not None else [])]), axis=0))
@@ -125,7 +125,8 @@ def score(names: list[str], coded, model: str, blocks: np.ndarray | None = None)
     )
 
 
-def _block_columns(blocks) -> np.ndarray | None:
+def block_columns(blocks) -> np.ndarray | None:
+    """Columns that tell each block from the first (n_runs, n_blocks - 1); None where there is one only."""
     if blocks is None or len(labels := list(dict.fromkeys(blocks))) < 2:
         return None
     return np.column_stack([np.array([b == label for b in blocks], dtype=float) for label in labels[1:]])
