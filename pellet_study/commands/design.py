@@ -107,10 +107,9 @@ def _power(arguments, table) -> dict:
     model = _model(arguments, table)
     terms = model_terms(table.names, model)
     matrix = columns_of(table.coded, terms)
-    centre = ~(np.abs(table.coded) > 0.5).any(axis=1)
     extra = [block_columns(table.blocks)] if table.blocks else []
-    if model != "quadratic" and centre.any():
-        extra.append(centre[:, None].astype(float))  # as pb fits them
+    if model != "quadratic" and table.centre.any():
+        extra.append(table.centre[:, None].astype(float))  # as pb fits them
     found = power.design_power(
         np.column_stack([matrix, *extra]), terms, arguments.sd, arguments.effect, arguments.alpha, arguments.power
     )
@@ -126,7 +125,7 @@ def _score(arguments, table) -> dict:
     from pellet_study.doe.answers import plain
     from pellet_study.doe.score import score
 
-    found = score(table.names, table.coded, _model(arguments, table), table.blocks)
+    found = score(table.names, table.coded, _model(arguments, table), table.blocks, table.centre)
     say(design_text.score_text(found))
     return plain(found)
 
@@ -138,7 +137,7 @@ def _fold(arguments, table) -> dict:
     from pellet_study.tables.headers import found_in
 
     on = [found_in(word, table.names) or word for word in arguments.on.split(",")] if arguments.on else None
-    found = fold_over(table.names, table.coded, on)
+    found = fold_over(table.names, table.coded[~table.centre], on)
     say(design_text.fold_text(found))
     return {**plain(found), **_extend(arguments, table, found.added, "pb")}
 

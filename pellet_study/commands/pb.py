@@ -71,9 +71,12 @@ def run(arguments: argparse.Namespace) -> dict:
     from pellet_study.doe.factors import parse_factors
     from pellet_study.doe.path_table import ignored_in
 
+    factors = parse_factors(arguments.factor)
+    if any(len(factor.levels) > 2 for factor in factors):
+        return _levels(arguments, factors)
     tables = [arguments.table, *([arguments.climb_runs] if arguments.climb_runs else [])]
     ignore, *ignore_runs = ignored_in(tables, arguments.ignore) if arguments.ignore else [[]] * len(tables)
-    table = read_design(arguments.table, parse_factors(arguments.factor), 3, ignore, arguments.block)
+    table = read_design(arguments.table, factors, 3, ignore, arguments.block)
     screening = plackett_burman.analyse(table, arguments.alpha)
     warnings = text.screening_warnings(screening)
     answer = {**answers.screening_answer(screening), "warnings": warnings}
@@ -93,6 +96,23 @@ def run(arguments: argparse.Namespace) -> dict:
         answer["figures"] = _figures(arguments, screening, climb)
     done(kept(arguments), _next(screening))
     return answer
+
+
+def _levels(arguments, factors) -> dict:
+    """The analysis of a table with factors at three or more named levels."""
+    from pellet_study.doe import categorical, design_text
+    from pellet_study.doe.answers import plain
+
+    if arguments.climb or arguments.climb_runs or arguments.figures:
+        raise InputError(
+            "a factor has three or more named levels: expected no --climb, --climb-runs or --figures then; leave them out, "
+            "or analyse the table at two of the levels"
+        )
+    found = categorical.read_levels(arguments.table, factors, arguments.ignore, arguments.block, arguments.alpha)
+    say(design_text.levels_text(found))
+    warn(found.notes)
+    done(kept(arguments))
+    return {**plain(found), "p": {row["source"]: row["p"] for row in found.anova}, "warnings": found.notes}
 
 
 def _next(screening) -> str | None:

@@ -112,7 +112,9 @@ def code_design(
         name = found_in(factor.name, names)
         if name is None:
             raise InputError(f"factor {factor.name!r} is not a column of {source}: its factors are {', '.join(names)}")
-        given[name] = replace(factor, name=name)
+        given[name] = replace(
+            factor, name=name, unit="" if split_unit(name)[1] else factor.unit
+        )  # a header has it once
     _check_response(frame, names, lines, source)
     resolved, coded, more = resolve(frame[names], given, lines, max_levels, source)
     return DesignTable(

@@ -1,12 +1,13 @@
 """Designs made, judged and mended, in words; nothing is computed here."""
 
 from pellet_study.doe.augment import Augmented
+from pellet_study.doe.categorical import LevelAnalysis
 from pellet_study.doe.fold_over import FoldOver
 from pellet_study.doe.power import Power
 from pellet_study.doe.repair import Repair
 from pellet_study.doe.run_sheet import RunSheet
 from pellet_study.doe.score import Score
-from pellet_study.doe.text import grid, number
+from pellet_study.doe.text import anova_text, grid, number, probability
 
 ROMAN = {3: "III", 4: "IV", 5: "V or more"}
 
@@ -155,4 +156,21 @@ def score_text(found: Score) -> str:
             for name, shares in carried.items()
         ]
         parts.append("\n".join(lines))
+    return "\n\n".join(parts)
+
+
+def levels_text(found: LevelAnalysis) -> str:
+    """Main effects of factors at named levels."""
+    parts = [
+        f"main effects of {len(found.factors)} factors: {found.runs} runs, response {found.response}",
+        anova_text(found.anova),
+        f"R2 {number(found.r2)}, adjusted {number(found.r2_adjusted)}, predicted {number(found.r2_predicted)}; C.V. "
+        f"{number(found.cv_percent, 4)} %; lack of fit p {probability(found.lack_of_fit_p)}",
+    ]
+    numeric = [(name, value) for name, value in found.effects.items() if name in {f.name for f in found.factors}]
+    if numeric:
+        parts.append(grid(["factor", "effect (-1 to +1)"], [[name, number(value)] for name, value in numeric]))
+    for name, means in found.means.items():
+        rows = [[level, number(mean), number(error, 4)] for level, (mean, error) in means.items()]
+        parts.append(grid([name, "adjusted mean", "standard error"], rows))
     return "\n\n".join(parts)

@@ -159,9 +159,11 @@ def physical_design(coded, factors: list[Factor]):
     import pandas as pd
 
     coded = np.asarray(coded, dtype=float)
-    return pd.DataFrame(
-        {
-            factor.name: rounded(factor.physical(coded[:, i]), max(abs(factor.low), abs(factor.high)))
-            for i, factor in enumerate(factors)
-        }
-    )
+    return pd.DataFrame({factor.name: _as_written(factor, coded[:, i]) for i, factor in enumerate(factors)})
+
+
+def _as_written(factor: Factor, coded):
+    """Physical levels of a column, without the last digits of rounding; of a categorical factor its words."""
+    if factor.levels:
+        return [factor.levels[int(level > 0)] for level in coded]
+    return rounded(factor.physical(coded), max(abs(factor.low), abs(factor.high)))

@@ -6,12 +6,12 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pellet_study.doe.columns import read_columns
+from pellet_study.doe.columns import read_columns, read_raw
 from pellet_study.doe.design_table import _looks_like_a_factor
-from pellet_study.doe.factors import Factor
+from pellet_study.doe.factors import Factor, physical_design
 from pellet_study.doe.levels import resolve
 from pellet_study.doe.run_sheet import BLOCK, RUN, STANDARD_ORDER
-from pellet_study.tables.headers import found_in
+from pellet_study.tables.headers import found_in, split_unit
 
 
 @dataclass(frozen=True)
@@ -28,6 +28,8 @@ class PlannedTable:
         The block of each run.
     lines : list of int
     notes : list of str
+    standard_order : list of int
+        As the sheet has it, else the order of the rows.
     """
 
     factors: list[Factor]
@@ -36,10 +38,17 @@ class PlannedTable:
     blocks: tuple[str, ...] | None
     lines: list[int]
     notes: list[str]
+    standard_order: list[int]
 
     @property
     def names(self) -> list[str]:
         return [factor.name for factor in self.factors]
+
+    @property
+    def centre(self) -> np.ndarray:
+        """Which runs are at the middle of every factor that has one."""
+        numeric = [not factor.levels for factor in self.factors]
+        return (np.abs(self.coded[:, numeric]) < 0.5).all(axis=1) & any(numeric)
 
     @property
     def lost(self) -> list[int]:
@@ -71,10 +80,18 @@ def read_planned(path: Path, factors=(), ignore=(), blocks=()) -> PlannedTable:
     for factor in factors:
         name = found_in(factor.name, columns)
         if name is not None:
-            given[name] = Factor(name, factor.low, factor.high, factor.unit, factor.levels)
+            unit = "" if split_unit(name)[1] else factor.unit
+            given[name] = Factor(name, factor.low, factor.high, unit, factor.levels)
     resolved, coded, more = resolve(frame[columns], given, found.lines, 5, str(path))
     labels = tuple(" ".join(words) for words in zip(*(b.labels for b in found.blocks), strict=True)) or None
-    return PlannedTable(resolved, coded.to_numpy(), response, labels, found.lines, notes + more)
+    return PlannedTable(resolved, coded.to_numpy(), response, labels, found.lines, notes + more, _standard_order(path))
+
+
+def _standard_order(path: Path) -> list[int]:
+    raw = read_raw(path)
+    cells = raw.column(raw.header.index(STANDARD_ORDER)) if STANDARD_ORDER in raw.header else []
+    counted = all(cell.isdecimal() for cell in cells) and len(set(cells)) == len(raw.rows)
+    return [int(cell) for cell in cells] if counted else list(range(1, len(raw.rows) + 1))
 
 
 def extended(table: PlannedTable, added: np.ndarray, block: str, seed: int, response: str = "response") -> pd.DataFrame:
@@ -88,15 +105,11 @@ def extended(table: PlannedTable, added: np.ndarray, block: str, seed: int, resp
     order = np.random.default_rng(seed).permutation(len(added))
     old, new = table.blocks or ("1",) * len(table.coded), [block] * len(added)
     coded = np.vstack([table.coded, added[order]])
-    n_old = len(table.coded)
+    n_old, first = len(table.coded), max(table.standard_order, default=0) + 1
     frame = pd.DataFrame({RUN: np.arange(1, len(coded) + 1)})
-    frame[STANDARD_ORDER] = [*range(1, n_old + 1), *(n_old + 1 + order)]
+    frame[STANDARD_ORDER] = [*table.standard_order, *(first + order)]
     frame[BLOCK] = [*old, *new]
-    for i, factor in enumerate(table.factors):
-        if factor.levels:
-            frame[factor.name] = [factor.levels[int(level > 0)] for level in coded[:, i]]
-        else:
-            frame[factor.name] = np.round(factor.physical(coded[:, i]), 12)
+    frame = pd.concat([frame, physical_design(coded, table.factors)], axis=1)
     measured = ["" if table.response is None or pd.isna(value) else value for value in
                 (table.response if table.response is not None else [np.nan] * n_old)]  # fmt: skip
     name = response if table.response is None else str(table.response.name)
