@@ -118,7 +118,7 @@ def power_text(found: Power, screening: int | None) -> str:
         parts.append(f"for {found.wanted:g}: {found.replicates} replicates of the design, {found.runs_needed} runs")
     else:
         parts.append(
-            f"100 replicates of the design do not reach {found.wanted:g}: the effect is too small for this scatter"
+            f"1000 replicates of the design do not reach {found.wanted:g}: the effect is too small for this scatter"
         )
     if screening:
         parts.append(f"an orthogonal two-level design of these factors needs {screening} runs (a multiple of 4)")
