@@ -135,7 +135,7 @@ def _design(arguments) -> dict:
 
     factors = parse_factors(arguments.design)
     plain = plackett_burman.coded_matrix(len(factors), arguments.runs, arguments.centre)
-    coded = plackett_burman.with_words(plain, factors)
+    coded = plackett_burman.with_words(plain, factors, arguments.blocks)
     blocks = blocking.screening_blocks(plain, arguments.blocks)
     matrix = np.column_stack([np.ones(len(coded)), coded])
     sheet = run_sheet(coded, factors, blocks, arguments.seed, model_matrix=matrix)

@@ -101,8 +101,10 @@ def design(factors: list[Factor], runs: int | None = None, centre_points: int = 
     return physical_design(with_words(coded_matrix(len(factors), runs, centre_points), factors), factors)
 
 
-def with_words(coded: np.ndarray, factors: list[Factor]) -> np.ndarray:
+def with_words(coded: np.ndarray, factors: list[Factor], n_blocks: int = 1) -> np.ndarray:
     """The design with centre points spread over the levels of its categorical factors, which have no middle.
+
+    Those of different blocks (every `n_blocks`-th is in the same one) are spread alike.
 
     Raises
     ------
@@ -121,7 +123,7 @@ def with_words(coded: np.ndarray, factors: list[Factor]) -> np.ndarray:
         raise InputError("all factors are categorical, so there is no centre: leave --centre out")
     coded = coded.copy()
     for place, i in enumerate(categorical):
-        coded[centre, i] = np.where(np.arange(len(centre)) >> place & 1, 1.0, -1.0)
+        coded[centre, i] = np.where(np.arange(len(centre)) // n_blocks >> place & 1, 1.0, -1.0)
     return coded
 
 
