@@ -73,7 +73,7 @@ def equation(coefficients: dict[str, float], digits: int = 6) -> str:
 
 
 def _head(analysis: Screening | Surface, kind: str) -> str:
-    levels = "; ".join(f"{f.label} {f.low:g} to {f.high:g}" for f in analysis.table.factors)
+    levels = "; ".join(f"{f.label} {f.word(-1)} to {f.word(1)}" for f in analysis.table.factors)
     return (
         f"{kind}: {len(analysis.table.response)} runs, {len(analysis.table.factors)} "
         f"factor{'s' if len(analysis.table.factors) > 1 else ''}, response "
