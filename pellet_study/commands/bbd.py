@@ -172,8 +172,10 @@ def _predict(arguments, surface, answer: dict, warnings: list[str], parts: list[
     from pellet_study.doe import answers, text
     from pellet_study.doe.factors import parse_levels
     from pellet_study.doe.linear_model import interval
+    from pellet_study.tables.headers import found_in
 
     levels = parse_levels(arguments.predict)
+    levels = {found_in(name, surface.table.names) or name: level for name, level in levels.items()}
     missing = set(surface.table.names) ^ set(levels)
     if missing:
         raise InputError(

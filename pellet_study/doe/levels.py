@@ -38,7 +38,8 @@ def cubes(frame: pd.DataFrame) -> dict[str, tuple[float, float]]:
     runs where others are off theirs too; and those are at two levels only.
     """
     values = frame.to_numpy(dtype=float)
-    middle, half = (values.max(axis=0) + values.min(axis=0)) / 2, np.ptp(values, axis=0) / 2
+    middle = np.median(values, axis=0)  # where most runs are, also when an axial run failed
+    half = np.abs(values - middle).max(axis=0)
     if values.shape[1] < 2 or not np.all(half > 0):
         return {}
     places = (values - middle) / half
