@@ -8,6 +8,7 @@ Planes are YADE boxes. Ig2_Box_Sphere_* gives the box the sphere's radius, so YA
 the laws below make up for it, in the moduli where the particles meet nothing but planes, in the adhesion always.
 """
 
+from collections.abc import Callable
 from functools import cache
 from math import atan, exp, log, pi, sqrt
 from typing import NamedTuple
@@ -15,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 SWITCH = 1e-12  # J/m2, far below any weight: keeps YADE's adhesive branch on, see hertz_mindlin
+PARTICLE, WALL = 0, 1  # numbers of the materials in YADE, see Contacts.enter
 
 
 class Material(NamedTuple):
@@ -40,7 +42,11 @@ class Pair(NamedTuple):
 
 
 class Contacts(NamedTuple):
-    """Materials for the bodies, functors for the interaction loop, damping for the integrator."""
+    """Materials for the bodies, functors for the interaction loop, damping for the integrator.
+
+    `born` is what must be set on each new contact before its second step, where a functor cannot say it; a scene steps
+    with `yade_scripts/stepping.py`, which does. None where the functors say all.
+    """
 
     particle: object
     wall: object
@@ -48,6 +54,14 @@ class Contacts(NamedTuple):
     physics: list
     law: list
     damping: float
+    born: Callable | None = None
+
+    def enter(self) -> None:
+        """Give the materials to YADE, after O.reset(): the particle's number is PARTICLE, the wall's WALL."""
+        from yade import O
+
+        O.materials.append(self.particle)
+        O.materials.append(self.wall)
 
 
 def rayleigh_step(radius: float, material: Material) -> float:
@@ -135,6 +149,7 @@ def hertz_mindlin(
     particle_particle : None where a single particle or clump meets the walls only
     rolling_stiffness : stiffness of the rolling moment below its limit, N m/rad
     """
+    import yade
     from yade import (
         FrictMat,
         Ig2_Box_Sphere_ScGeom,
@@ -147,15 +162,15 @@ def hertz_mindlin(
     alone = particle_particle is None
     rolls = any(pair.rolling_friction > 0 for pair in (particle_wall, particle_particle) if pair)
     stiffer = sqrt(2) if alone else 1.0  # R* = R/2 enters the stiffness as its root
-    physics = [_mindlin(Ip2_FrictMat_FrictMat_MindlinPhys, particle_wall, 0.75, rolling_stiffness)]
-    kind = FrictMat
-    if not alone:
-        from yade import Ip2_PartialSatMat_PartialSatMat_MindlinPhys, PartialSatMat
-
-        kind = PartialSatMat  # a class of its own, so that each pair of materials finds its own functor
-        physics.append(
-            _mindlin(Ip2_PartialSatMat_PartialSatMat_MindlinPhys, particle_particle, 0.375, rolling_stiffness)
-        )
+    kind, born = FrictMat, None
+    if alone or hasattr(yade, "PartialSatMat"):
+        physics = [_mindlin(Ip2_FrictMat_FrictMat_MindlinPhys, particle_wall, 0.75, rolling_stiffness)]
+    if not alone and hasattr(yade, "PartialSatMat"):
+        kind = yade.PartialSatMat  # a class of its own, so that each pair of materials finds its own functor
+        functor = yade.Ip2_PartialSatMat_PartialSatMat_MindlinPhys
+        physics.append(_mindlin(functor, particle_particle, 0.375, rolling_stiffness))
+    elif not alone:
+        physics, born = _both_pairs(particle_particle, particle_wall, rolling_stiffness)
     return Contacts(
         kind(density=particle.density, young=stiffer * particle.young, poisson=particle.poisson_ratio),
         FrictMat(density=wall.density, young=stiffer * wall.young, poisson=wall.poisson_ratio),
@@ -163,7 +178,39 @@ def hertz_mindlin(
         physics,
         [Law2_ScGeom_MindlinPhys_Mindlin(includeMoment=rolls, includeAdhesion=True)],
         damping=0.0,
+        born=born,
     )
+
+
+def _both_pairs(particles: Pair, walls: Pair, rolling_stiffness: float) -> tuple[list, Callable]:
+    """Both pairs in one Mindlin functor, for a YADE without a second class of material that has one.
+
+    Damping and friction go by the materials' numbers. Rolling stiffness and limit and the pull-off force are plain
+    numbers of the functor: it has those of the walls, so that a wall's contacts are exact, and the particles' contacts get their
+    own after their first step, in which they have neither adhesion nor a moment yet.
+    """
+    from yade import Ip2_FrictMat_FrictMat_MindlinPhys, MatchMaker, O
+
+    def of_pair(constant: Callable[[Pair], float]):
+        one, other = constant(particles), constant(walls)
+        return MatchMaker(matches=[(PARTICLE, PARTICLE, one), (PARTICLE, WALL, other)], algo="val", val=other)
+
+    functor = _mindlin(Ip2_FrictMat_FrictMat_MindlinPhys, walls, 0.75, rolling_stiffness)
+    functor.betan = of_pair(lambda pair: damping_ratio(pair.restitution))
+    functor.betas = of_pair(lambda pair: tangential_damping_ratio(pair.restitution))
+    functor.frictAngle = of_pair(lambda pair: atan(pair.static_friction))
+    gamma = max(0.375 * particles.surface_energy, SWITCH)
+    stiffness = rolling_stiffness if particles.rolling_friction > 0 else 0.0
+
+    def born(contact) -> None:
+        if O.bodies[contact.id1].material.id == WALL or O.bodies[contact.id2].material.id == WALL:
+            return
+        phys, one, other = contact.phys, contact.geom.refR1, contact.geom.refR2
+        phys.kr = stiffness
+        phys.maxBendPl = particles.rolling_friction * (one + other) / 2
+        phys.adhesionForce = 4 * pi * gamma * one * other / (one + other)
+
+    return [functor], born
 
 
 def _mindlin(functor, pair: Pair, gamma_share: float, rolling_stiffness: float):
@@ -207,6 +254,7 @@ def cohesive_frictional(
     """
     from yade import (
         CohFrictMat,
+        CohFrictPhys,
         FrictMat,
         Ig2_Box_Sphere_ScGeom6D,
         Ig2_Facet_Sphere_ScGeom6D,
@@ -221,6 +269,7 @@ def cohesive_frictional(
     alone = particle_particle is None
     pair = particle_wall if alone else particle_particle
     cohesion = pull_off_force(pair.surface_energy, radius if alone else radius / 2) / radius**2
+    bonds_for_ever = CohFrictPhys().unpMax < 0  # of what is not fragile: from YADE 2025 on
 
     def cohesive(material: Material):
         return CohFrictMat(
@@ -228,7 +277,7 @@ def cohesive_frictional(
             young=material.young,
             poisson=_stiffness_ratio(material),
             frictionAngle=atan(pair.static_friction),
-            isCohesive=True,
+            isCohesive=cohesion > 0 or not bonds_for_ever,
             fragile=False,
             momentRotationLaw=True,
             alphaKr=0.5,
@@ -242,14 +291,15 @@ def cohesive_frictional(
     def value(number: float):
         return MatchMaker(algo="val", val=number)
 
-    physics = [
-        Ip2_CohFrictMat_CohFrictMat_CohFrictPhys(
-            setCohesionOnNewContacts=True,
-            normalCohesion=value(cohesion),
-            shearCohesion=value(pair.static_friction * cohesion),
-            frictAngle=value(atan(pair.static_friction)),
-        )
-    ]
+    functor = Ip2_CohFrictMat_CohFrictMat_CohFrictPhys(
+        setCohesionOnNewContacts=True,
+        normalCohesion=value(cohesion),
+        shearCohesion=value(pair.static_friction * cohesion),
+        frictAngle=value(atan(pair.static_friction)),
+    )
+    if hasattr(functor, "rollingCohesion"):  # from YADE 2025 on; by default they follow the shear cohesion
+        functor.rollingCohesion = functor.twistingCohesion = value(0.0)
+    physics = [functor]
     law = [Law2_ScGeom6D_CohFrictPhys_CohesionMoment(useIncrementalForm=True, always_use_moment_law=True)]
     wall_material = cohesive(wall)
     if not alone:
@@ -263,7 +313,14 @@ def cohesive_frictional(
         physics,
         law,
         damping=damping,
+        born=_break_at_pull_off if cohesion > 0 and bonds_for_ever else None,
     )
+
+
+def _break_at_pull_off(contact) -> None:
+    """Let a cohesive contact end at its pull-off force, as in YADE 2023.02a, where later ones would stretch for ever."""
+    if hasattr(contact.phys, "unpMax"):
+        contact.phys.unpMax = 0.0
 
 
 def _wall_modulus(particle: Material, wall: Material) -> float:

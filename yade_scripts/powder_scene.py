@@ -15,7 +15,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from yade_scripts import acting, contacts
+from yade_scripts import acting, contacts, stepping
 from yade_scripts.contacts import Material, Pair
 
 GRAVITY = 9.81  # m/s2
@@ -170,6 +170,7 @@ class PowderScene:
         if law == "cohesive_frictional":
             options |= {"radius": self.mean_radius, "damping": damping}
         self.contacts = contacts.LAWS[law](powder, steel, wall_pair, pair, **options)
+        self.contacts.enter()
         self._fill(draw)
         self._walls()
         self._engines(drag)
@@ -273,9 +274,7 @@ class PowderScene:
 
     def run(self, steps: int) -> None:
         """Step on."""
-        from yade import O
-
-        O.run(steps, True)
+        stepping.run(steps, self.contacts.born)
 
     def centres(self) -> np.ndarray:
         """(n, 3) array, m."""

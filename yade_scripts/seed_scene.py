@@ -4,7 +4,7 @@ from math import isfinite, sqrt
 
 import numpy as np
 
-from yade_scripts import contacts, particles
+from yade_scripts import contacts, particles, stepping
 from yade_scripts.acting import Effects
 from yade_scripts.case import Failed, quantity
 
@@ -115,6 +115,7 @@ class SeedScene:
             options |= {"radius": self.rest_height, "damping": parameters["cohesive_frictional_damping"]}
         self.contacts = contacts.LAWS[case["contact_law"]](seed, powder, pair, **options)
         O.reset()
+        self.contacts.enter()
 
     def place(self, position) -> None:
         """Put the seed's centre at a position (m), at rest."""
@@ -184,7 +185,7 @@ class SeedScene:
         self._touching: list[Touch] = []
         self._known_interactions = 0
         self._out_of_reach = 0  # steps in which no member can come to a plate it does not touch
-        self.step = self._stepper(O.step)
+        self.step = self._stepper(stepping.single(self.contacts.born))
         self._inertia = tuple(self.state.inertia)
         self._momentum, self._flown_from, self._twice_energy = None, None, None
 
