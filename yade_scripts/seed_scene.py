@@ -189,6 +189,16 @@ class SeedScene:
         self._inertia = tuple(self.state.inertia)
         self._momentum, self._flown_from, self._twice_energy = None, None, None
 
+    def spin(self, momentum) -> None:
+        """Give the seed an angular momentum (N m s, world axes).
+
+        YADE 2023.02a takes the momentum and overwrites the velocity with what follows from it; 2025.2 the other way round
+        in a body that has not moved yet.
+        """
+        momentum = self.vector(*momentum)
+        self.state.angMom = momentum
+        self.state.angVel = self.state.ori * self._of_rotation(self.state.ori, momentum)[1]
+
     def restitution(self, speed: float) -> float:
         """Coefficient of restitution at a normal approach speed (m/s), kept inside the range of the contact law."""
         base = self.pair.restitution
