@@ -186,8 +186,8 @@ def _both_pairs(particles: Pair, walls: Pair, rolling_stiffness: float) -> tuple
     """Both pairs in one Mindlin functor, for a YADE without a second class of material that has one.
 
     Damping and friction go by the materials' numbers. Rolling stiffness and limit and the pull-off force are plain
-    numbers of the functor: it has those of the walls, so that a wall's contacts are exact, and the particles' contacts get their
-    own after their first step, in which they have neither adhesion nor a moment yet.
+    numbers of the functor: each contact gets its own after its first step, in which it has no moment yet, and the adhesion
+    of the less sticky pair.
     """
     from yade import Ip2_FrictMat_FrictMat_MindlinPhys, MatchMaker, O
 
@@ -199,16 +199,16 @@ def _both_pairs(particles: Pair, walls: Pair, rolling_stiffness: float) -> tuple
     functor.betan = of_pair(lambda pair: damping_ratio(pair.restitution))
     functor.betas = of_pair(lambda pair: tangential_damping_ratio(pair.restitution))
     functor.frictAngle = of_pair(lambda pair: atan(pair.static_friction))
-    gamma = max(0.375 * particles.surface_energy, SWITCH)
-    stiffness = rolling_stiffness if particles.rolling_friction > 0 else 0.0
+    gamma = [max(share * pair.surface_energy, SWITCH) for share, pair in ((0.375, particles), (0.75, walls))]
+    functor.gamma = min(gamma)
 
     def born(contact) -> None:
-        if O.bodies[contact.id1].material.id == WALL or O.bodies[contact.id2].material.id == WALL:
-            return
+        numbers = (O.bodies[contact.id1].material.id, O.bodies[contact.id2].material.id)
+        pair = walls if WALL in numbers else particles
         phys, one, other = contact.phys, contact.geom.refR1, contact.geom.refR2
-        phys.kr = stiffness
-        phys.maxBendPl = particles.rolling_friction * (one + other) / 2
-        phys.adhesionForce = 4 * pi * gamma * one * other / (one + other)
+        phys.kr = rolling_stiffness if pair.rolling_friction > 0 else 0.0
+        phys.maxBendPl = pair.rolling_friction * (one + other) / 2
+        phys.adhesionForce = 4 * pi * gamma[WALL in numbers] * one * other / (one + other)
 
     return [functor], born
 
