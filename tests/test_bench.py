@@ -9,6 +9,8 @@ import pytest
 from pellet_study import bench, paper, quadratic
 from pellet_study.__main__ import main
 
+pytestmark = pytest.mark.yade
+
 
 @pytest.mark.parametrize(
     ("table", "printed"),

@@ -38,6 +38,7 @@ def test_a_study_that_is_not_there_is_named(tmp_path, capsys):
     assert "nowhere" in capsys.readouterr().err
 
 
+@pytest.mark.yade
 def test_doctor_names_yade_and_passes_its_law_checks(tmp_path):
     file = tmp_path / "doctor.json"
     assert main(["doctor", "--json", str(file)]) == 0

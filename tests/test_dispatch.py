@@ -14,6 +14,8 @@ from pellet_study import campaign, dispatch, rigs, yade
 from pellet_study.errors import InputError, SimulationError
 from tests.listening import listening
 
+pytestmark = pytest.mark.yade
+
 FAULTS = Path(__file__).parent / "fault_rigs"
 NONE, ABORT, HANG, NAN, EXCEPTION, REFUSED, EXIT, QUIET, EMPTY, TYPO = range(10)
 

@@ -11,6 +11,8 @@ from pellet_study import dispatch, law_checks, rigs, yade
 from yade_scripts import contacts
 from yade_scripts.checks import sphere_scene
 
+pytestmark = pytest.mark.yade
+
 MINDLIN, COHESIVE = law_checks.MINDLIN, law_checks.COHESIVE
 
 

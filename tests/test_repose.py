@@ -10,6 +10,8 @@ from pellet_study import dispatch, rigs
 from pellet_study.powder_plan import SYMBOLS
 from yade_scripts import contacts, powder_scene
 
+pytestmark = pytest.mark.yade
+
 LAWS = ("cohesive_frictional", "hertz_mindlin")
 OWN = {  # the constant each parameter moves
     "powder_restitution": "powder_damping",

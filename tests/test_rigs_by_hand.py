@@ -11,6 +11,8 @@ import pytest
 from pellet_study import rigs
 from yade_scripts import case as case_file
 
+pytestmark = pytest.mark.yade
+
 SCRIPTS = Path(rigs.SCRIPTS)
 
 

@@ -20,6 +20,8 @@ from pellet_study.simulated import Simulated
 from pellet_study.study import Setting, load, write_effect
 from tests.make_study import command
 
+pytestmark = pytest.mark.yade
+
 FRICTION = "seed_powder_static_friction = { value = 0.6, min = 0.4, max = 0.8 }"
 
 
