@@ -44,6 +44,9 @@ def test_doctor_names_yade_and_passes_its_law_checks(tmp_path):
     assert main(["doctor", "--json", str(file)]) == 0
     answer = json.loads(file.read_text())
     assert answer["ok"] is True and answer["version"] and answer["yade"].startswith("/")
+    known = {"2023.02a": 0, "2025.2.0": 2}
+    assert len(answer["lacks"]) == known.get(answer["version"], len(answer["lacks"]))
+    assert all("times the time of a step" in cost for cost in answer["lacks"].values())
 
 
 def test_a_reader_that_stops_early_meets_no_traceback():
