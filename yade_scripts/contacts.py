@@ -1,4 +1,4 @@
-"""Contact laws by name: materials and functors, and the surface energy translated into each law's parameter.
+"""Contact laws: materials and functors, and the surface energy translated into each law's parameter.
 
 Surface energy Gamma is the JKR surface energy of the source paper (as EDEM uses it, the work of adhesion): each law
 gets the parameter that gives the same pull-off force F = 3/2 pi Gamma R*, with 1/R* = 1/R1 + 1/R2 and R* = R on a
@@ -16,6 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 SWITCH = 1e-12  # J/m2, far below any weight: keeps YADE's adhesive branch on, see hertz_mindlin
+ALONE, WALLS = 1, 16  # groups of bodies: of particles and walls; of walls alone, where particles do not meet each other
 PARTICLE, WALL = 0, 1  # numbers of the materials in YADE, see Contacts.enter
 
 
@@ -41,11 +42,20 @@ class Pair(NamedTuple):
     surface_energy: float = 0.0  # Gamma, J/m2
 
 
+class Layer(NamedTuple):
+    """A sphere inside a grain, concentric with it, that meets those of its own group only."""
+
+    material: object
+    group: int  # a power of 2
+    inset: float = 0.0  # its radius is the grain's less this, m
+
+
 class Contacts(NamedTuple):
     """Materials for the bodies, functors for the interaction loop, damping for the integrator.
 
     `born` is what must be set on each new contact before its second step, where a functor cannot say it; a scene steps
-    with `yade_scripts/stepping.py`, which does. None where the functors say all.
+    with `yade_scripts/stepping.py`, which does. None where the functors say all. Where a grain has `layers`, the particle's
+    sphere meets the walls only, and the layers make the contacts between grains.
     """
 
     particle: object
@@ -55,6 +65,7 @@ class Contacts(NamedTuple):
     law: list
     damping: float
     born: Callable | None = None
+    layers: tuple[Layer, ...] = ()
 
     def enter(self) -> None:
         """Give the materials to YADE, after O.reset(): the particle's number is PARTICLE, the wall's WALL."""
@@ -62,6 +73,30 @@ class Contacts(NamedTuple):
 
         O.materials.append(self.particle)
         O.materials.append(self.wall)
+
+    def collide(self, collider) -> None:
+        """Tell a collider that spheres of the particle's group do not meet each other, where there are layers."""
+        collider.avoidSelfInteractionMask = ALONE if self.layers else 0
+
+    @property
+    def wall_mask(self) -> int:
+        """Groups of a wall: it meets the particles, whose group is ALONE."""
+        return ALONE | WALLS if self.layers else ALONE
+
+    def grain(self, place, radius: float):
+        """Add a grain at rest (m, m): the body that moves, a clump where it has layers, and the number of its own sphere."""
+        from yade import O, utils
+
+        def sphere(material, group: int, size: float):
+            return utils.sphere(tuple(map(float, place)), size, material=material, color=(1, 1, 1), mask=group)
+
+        whole = sphere(self.particle, ALONE, radius)
+        if not self.layers:
+            number = O.bodies.append(whole)
+            return O.bodies[number], number
+        inner = [sphere(layer.material, layer.group, radius - layer.inset) for layer in self.layers]
+        clump, members = O.bodies.appendClumped([whole, *inner], discretization=0)
+        return O.bodies[clump], members[0]
 
 
 def rayleigh_step(radius: float, material: Material) -> float:
@@ -227,7 +262,7 @@ def _mindlin(functor, pair: Pair, gamma_share: float, rolling_stiffness: float):
     )
 
 
-def cohesive_frictional(
+def cohesive_frictional_local_damping(
     particle: Material,
     wall: Material,
     particle_wall: Pair,
@@ -275,7 +310,7 @@ def cohesive_frictional(
         return CohFrictMat(
             density=material.density,
             young=material.young,
-            poisson=_stiffness_ratio(material),
+            poisson=stiffness_ratio(material),
             frictionAngle=atan(pair.static_friction),
             isCohesive=cohesion > 0 or not bonds_for_ever,
             fragile=False,
@@ -333,15 +368,12 @@ def _wall_modulus(particle: Material, wall: Material) -> float:
     ValueError : the particle alone is already softer than wanted
     """
     compliance = sum((1 - m.poisson_ratio**2) / m.young for m in (particle, wall)) / sqrt(2)
-    left = compliance - (1 - _stiffness_ratio(particle) ** 2) / particle.young
+    left = compliance - (1 - stiffness_ratio(particle) ** 2) / particle.young
     if left <= 0:
         raise ValueError("the wall is too stiff against the particle for the cohesive-frictional law with steel walls")
     return (1 - wall.poisson_ratio**2) / left
 
 
-def _stiffness_ratio(material: Material) -> float:
+def stiffness_ratio(material: Material) -> float:
     """ks/kn = 2 (1 - nu)/(2 - nu) of Mindlin's no-slip contact."""
     return 2 * (1 - material.poisson_ratio) / (2 - material.poisson_ratio)
-
-
-LAWS = {"hertz_mindlin": hertz_mindlin, "cohesive_frictional": cohesive_frictional}

@@ -28,7 +28,7 @@ from types import SimpleNamespace
 
 import numpy as np
 
-from yade_scripts import heap
+from yade_scripts import heap, laws
 from yade_scripts.case import Failed, quantity
 from yade_scripts.contacts import Material, Pair
 from yade_scripts.effects import (
@@ -72,7 +72,7 @@ EFFECTS = (
 )
 RIG = {
     "name": "repose",
-    "contact_laws": ("cohesive_frictional", "hertz_mindlin"),
+    "contact_laws": tuple(dict.fromkeys(("cohesive_frictional", *laws.LAWS))),
     "parameters": {
         "powder_restitution": quantity(0.15, 0.05, 0.95, "1", "A, powder-powder; no meaning in cohesive_frictional"),
         "powder_static_friction": quantity(0.8, 0.0, 1.5, "1", "B, powder-powder"),
@@ -86,6 +86,14 @@ RIG = {
         "powder_poisson_ratio": quantity(0.296, 0.0, 0.49, "1", TABLE_1),
         "cohesive_frictional_damping": quantity(
             0.3, 0.05, 0.9, "1", "local damping, in place of the restitution A; not used by hertz_mindlin"
+        ),
+        "adhesion_load": quantity(
+            2.0,
+            1.1,
+            5.0,
+            "1",
+            "load that cohesion adds to the limits of friction and rolling, in pull-off forces: 2 in Thornton & Yin 1991; of "
+            "cohesive_frictional_restitution",
         ),
     },
     "conditions": {
@@ -242,6 +250,7 @@ def build(case: dict) -> tuple[PowderScene, float]:
         numerics["time_step_fraction"],
         numerics["rolling_spring"],
         given["cohesive_frictional_damping"],
+        given["adhesion_load"],
         effects.at("drag", 0.0),
         draw,
     )

@@ -4,7 +4,7 @@ from math import isfinite, sqrt
 
 import numpy as np
 
-from yade_scripts import contacts, particles, stepping
+from yade_scripts import contacts, laws, particles, stepping
 from yade_scripts.acting import Effects
 from yade_scripts.case import Failed, quantity
 
@@ -111,9 +111,9 @@ class SeedScene:
             raise Failed(f"the {case['contact_law']} law has no restitution that could depend on speed")
         spring = numerics["rolling_spring"] * min(inertia) / self.time_step**2
         options = {"rolling_stiffness": spring}
-        if case["contact_law"] == "cohesive_frictional":
+        if case["contact_law"] in laws.LOCAL_DAMPING:
             options |= {"radius": self.rest_height, "damping": parameters["cohesive_frictional_damping"]}
-        self.contacts = contacts.LAWS[case["contact_law"]](seed, powder, pair, **options)
+        self.contacts = laws.LAWS[case["contact_law"]](seed, powder, pair, **options)
         O.reset()
         self.contacts.enter()
 

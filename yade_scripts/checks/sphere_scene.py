@@ -5,7 +5,7 @@ A reading looks at motion or at the forces on a body, never at what a contact la
 
 from math import cos, hypot, inf, pi, sin, sqrt, tan
 
-from yade_scripts import contacts, stepping
+from yade_scripts import contacts, laws, stepping
 from yade_scripts.case import Failed, quantity
 from yade_scripts.contacts import Material, Pair
 
@@ -62,7 +62,7 @@ def linear_stiffness(radius: float, first: Material, second: Material) -> float:
 def weight_overlap(case: dict, radius: float, particle: Material, plate: Material) -> float:
     """Overlap at which a sphere on the plate carries its own weight, m."""
     weight = sphere_mass(radius, particle) * GRAVITY
-    if case["contact_law"] == "cohesive_frictional":
+    if case["contact_law"] in laws.LOCAL_DAMPING:
         return weight / linear_stiffness(radius, particle, plate)
     return (weight / hertz_force(1.0, radius, effective_modulus(particle, plate))) ** (2 / 3)
 
@@ -109,9 +109,9 @@ def one_pair(case: dict, radius: float, particle: Material = SEED, plate: Materi
     step = numerics["time_step_fraction"] * contacts.rayleigh_step(radius, particle)
     spring = numerics.get("rolling_spring", 0.02) * sphere_inertia(radius, particle) / step**2
     options = {"rolling_stiffness": spring}
-    if case["contact_law"] == "cohesive_frictional":
+    if case["contact_law"] in laws.LOCAL_DAMPING:
         options |= {"radius": radius, "damping": case["parameters"]["cohesive_frictional_damping"]}
-    return step, contacts.LAWS[case["contact_law"]](particle, plate, pair_of(case), **options)
+    return step, laws.LAWS[case["contact_law"]](particle, plate, pair_of(case), **options)
 
 
 class Scene:
