@@ -20,12 +20,18 @@ CHECKS = (
     "free_spin",
     "clump_restitution",
     "clump_sliding",
+    "grain_impact",
+    "grain_pull_off",
+    "grain_limits",
+    "grain_energy",
+    "grain_and_wall",
 )
 RELATIVE_TOLERANCE = 0.02
 ABSOLUTE_TOLERANCE = 0.005  # of restitution, and of whatever is asked to be zero
 COLUMNS = ["check", "contact_law", "setting", "requested", "measured", "difference", "tolerance", "within", "remark"]
 
 MINDLIN, COHESIVE = "hertz_mindlin", "cohesive_frictional"
+RESTITUTION = "cohesive_frictional_restitution"
 
 
 NO_REASON = "no limit of the law is known that explains this"
@@ -114,6 +120,34 @@ def _wanted(quick: bool):
                 members_touching=n,
                 time_step_fraction=0.05,
             )
+    yield from _grains(quick)
+
+
+def _grains(quick: bool):
+    """Cases of the law that dissipates between grains; pull-off, limits and sticking speed also at other stiffnesses."""
+    case = _case
+    for e, v, gamma in product(
+        (0.15, 0.5) if quick else (0.05, 0.15, 0.3, 0.5, 0.7, 0.9),
+        (0.2,) if quick else (0.05, 0.2, 1.0),
+        (0.0, 0.2),
+    ):
+        yield case("grain_impact", RESTITUTION, restitution=e, speed_m_s=v, surface_energy_j_m2=gamma)
+    for softness in () if quick else (0.01, 0.1, 1.0):
+        yield case("grain_impact", RESTITUTION, restitution=0.3, surface_energy_j_m2=0.2, stiffness_scale=softness)
+        yield case("grain_pull_off", RESTITUTION, restitution=0.3, apart_mm_s=1.0, stiffness_scale=softness)
+        yield case("grain_limits", RESTITUTION, restitution=0.3, surface_energy_j_m2=0.2, stiffness_scale=softness)
+    for e, v in product((0.15,) if quick else (0.05, 0.15, 0.5, 0.9), (1.0, 50.0)):
+        yield case("grain_pull_off", RESTITUTION, restitution=e, apart_mm_s=v)
+    for gamma, load in ((0.0, 1e-3), (0.2, 1e-3)) if quick else product((0.0, 0.1, 0.3), (-1e-4, 0.0, 1e-3, 5e-3)):
+        if gamma or load > 0:
+            yield case("grain_limits", RESTITUTION, surface_energy_j_m2=gamma, load_n=load, restitution=0.15)
+    for load in () if quick else (1.25, 4.0):
+        yield case("grain_limits", RESTITUTION, surface_energy_j_m2=0.2, restitution=0.3, adhesion_load=load)
+        yield case("grain_pull_off", RESTITUTION, restitution=0.3, adhesion_load=load)
+    for e, aslant, gamma in product((0.15,) if quick else (0.05, 0.15, 0.9), (0.0, 35.0, 70.0), (0.0, 0.2)):
+        yield case("grain_energy", RESTITUTION, restitution=e, aslant_deg=aslant, surface_energy_j_m2=gamma)
+    for e, own, gamma in product((0.3,) if quick else (0.15, 0.6), (0.15,) if quick else (0.15, 0.6), (0.0, 0.2)):
+        yield case("grain_and_wall", RESTITUTION, steel_restitution=e, restitution=own, surface_energy_j_m2=gamma)
 
 
 def _case(check: str, contact_law: str, **values: float) -> dict:
@@ -147,8 +181,8 @@ def table(rows: pd.DataFrame) -> pd.DataFrame:
     Returns
     -------
     Columns `check`, `contact_law`, `setting`, `requested`, `measured`, `difference` (measured less requested),
-    `tolerance` (2 % of the request; 0.005 if that is more, for restitution and for requests of zero), `within`, and
-    `remark`: why not, and by how much.
+    `tolerance` (2 % of the request; 0.005 if that is more, for restitution and for requests of zero; or the check's own),
+    `within`, and `remark`: why not, and by how much.
     """
     lines = []
     for row in rows.to_dict("records"):
@@ -165,7 +199,7 @@ def table(rows: pd.DataFrame) -> pd.DataFrame:
             own, reason = cannot.get(observable, (None, NO_REASON))
             compared = [(requested, "")] if own is None else [(requested, ""), (own, f"instead: {reason}")]
             for wanted, remark in compared:
-                line = _line(wanted, measured, observable)
+                line = _line(wanted, measured, observable, getattr(module, "TOLERANCE", {}).get(observable))
                 if row["status"] != "ok":
                     remark = row["status"]
                 elif not line["within"]:
@@ -196,10 +230,11 @@ def _setting(row: dict, rig: rigs.YadeRig, names: tuple[str, ...]) -> str:
     return ", ".join(f"{name} {row[name]:g}" for name in shown)
 
 
-def _line(requested: float, measured: float, observable: str) -> dict:
-    """One comparison."""
+def _line(requested: float, measured: float, observable: str, own: tuple[float, float] | None = None) -> dict:
+    """One comparison; `own` is the check's own tolerance, relative and absolute."""
     floor = ABSOLUTE_TOLERANCE if "restitution" in observable or requested == 0 else 0.0
-    tolerance = max(RELATIVE_TOLERANCE * abs(requested), floor)
+    relative, floor = own or (RELATIVE_TOLERANCE, floor)
+    tolerance = max(relative * abs(requested), floor)
     difference = measured - requested
     return {
         "requested": requested,

@@ -66,6 +66,7 @@ class Contacts(NamedTuple):
     damping: float
     born: Callable | None = None
     layers: tuple[Layer, ...] = ()
+    looks_every: int = 1  # steps between looks for what is born
 
     def enter(self) -> None:
         """Give the materials to YADE, after O.reset(): the particle's number is PARTICLE, the wall's WALL."""

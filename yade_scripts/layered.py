@@ -201,4 +201,5 @@ def cohesive_frictional_restitution(
         damping=0.0,
         born=born if adhesive else None,
         layers=tuple(layers),
+        looks_every=1,
     )

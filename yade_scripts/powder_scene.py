@@ -183,6 +183,7 @@ class PowderScene:
         self._fill(draw)
         self._walls()
         self._engines(drag)
+        self.step = stepping.single(self.contacts)
 
     def _fill(self, draw: np.random.Generator) -> None:
         """Grains of random order on a lattice turned at random, with random velocities."""
@@ -239,7 +240,9 @@ class PowderScene:
 
         self.shaker = HarmonicMotionEngine(A=(0, 0, 0), f=(1, 1, 1), fi=(0, 0, 0), ids=self.walls, dead=True)
         collider = InsertionSortCollider(
-            [Bo1_Sphere_Aabb(), Bo1_Box_Aabb(), Bo1_Facet_Aabb()], verletDist=0.2 * self.mean_radius, targetInterv=-1
+            [Bo1_Sphere_Aabb(), Bo1_Box_Aabb(), Bo1_Facet_Aabb()],
+            verletDist=(0.1 if self.contacts.layers else 0.2) * self.mean_radius,
+            targetInterv=-1,
         )
         self.contacts.collide(collider)
         O.engines = [
@@ -279,7 +282,13 @@ class PowderScene:
 
     def run(self, steps: int) -> None:
         """Step on."""
-        stepping.run(steps, self.contacts.born)
+        from yade import O
+
+        if self.contacts.born is None:
+            O.run(steps, True)
+            return
+        for _ in range(steps):
+            self.step()
 
     def centres(self) -> np.ndarray:
         """(n, 3) array, m."""

@@ -185,7 +185,7 @@ class SeedScene:
         self._touching: list[Touch] = []
         self._known_interactions = 0
         self._out_of_reach = 0  # steps in which no member can come to a plate it does not touch
-        self.step = self._stepper(stepping.single(self.contacts.born))
+        self.step = self._stepper(stepping.single(self.contacts))
         self._inertia = tuple(self.state.inertia)
         self._momentum, self._flown_from, self._twice_energy = None, None, None
 

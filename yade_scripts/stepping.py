@@ -3,33 +3,31 @@
 from collections.abc import Callable
 
 
-def single(born: Callable | None) -> Callable[[], None]:
-    """One step of YADE, after which `born` is called once with each contact that came into being in it.
+def single(contacts) -> Callable[[], None]:
+    """One step of YADE; `contacts.born` is called once with each contact soon after it has come into being.
 
-    What it sets is in force from the next step on. Without `born` this is YADE's own step.
+    That is after the contact's first step, or where `contacts.looks_every` says so some steps later; what it sets is in
+    force from the next step on. Without `born` this is YADE's own step.
+
+    Parameters
+    ----------
+    contacts : contacts.Contacts, of the scene as it is now
     """
     from yade import O
 
-    if born is None:
+    if contacts.born is None:
         return O.step
-    omega, contacts, step = O, O.interactions, O.step
+    omega, interactions, step = O, O.interactions, O.step
+    born, every = contacts.born, contacts.looks_every
+    since = omega.iter
 
     def watched() -> None:
+        nonlocal since
         step()
-        now = omega.iter - 1
-        for contact in [contact for contact in contacts if contact.iterMadeReal == now]:
-            born(contact)
+        now = omega.iter
+        if now - since >= every:
+            for contact in [contact for contact in interactions if contact.iterMadeReal >= since]:
+                born(contact)
+            since = now
 
     return watched
-
-
-def run(steps: int, born: Callable | None) -> None:
-    """So many steps; without `born` all inside YADE."""
-    from yade import O
-
-    if born is None:
-        O.run(steps, True)
-        return
-    step = single(born)
-    for _ in range(steps):
-        step()

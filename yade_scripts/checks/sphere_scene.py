@@ -131,11 +131,13 @@ class Scene:
         O.reset()
         law.enter()
         self.law = law
-        self.step = stepping.single(law.born)
+        self.step = stepping.single(law)
         self.newton = NewtonIntegrator(damping=law.damping, gravity=gravity, exactAsphericalRot=True)
+        collider = InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Box_Aabb()], verletDist=1e-5, targetInterv=-1)
+        law.collide(collider)
         O.engines = [
             ForceResetter(),
-            InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Box_Aabb()], verletDist=1e-5, targetInterv=-1),
+            collider,
             InteractionLoop(law.geometry, law.physics, law.law),
             self.newton,
         ]
@@ -143,10 +145,7 @@ class Scene:
 
     def sphere(self, radius: float, position, velocity=(0, 0, 0), spin=(0, 0, 0), blocked: str = ""):
         """Add a sphere; blocked directions move at the given velocity and spin whatever pushes."""
-        from yade import O, utils
-
-        number = O.bodies.append(utils.sphere(position, radius, material=self.law.particle, color=(1, 1, 1)))
-        body = O.bodies[number]
+        body, _ = self.law.grain(position, radius)
         body.state.blockedDOFs = blocked
         body.state.vel, body.state.angVel = velocity, spin
         return body
@@ -155,7 +154,16 @@ class Scene:
         """Add the plate, 20 x 20 m."""
         from yade import O, utils
 
-        O.bodies.append(utils.box((0, 0, -0.005), (10, 10, 0.005), fixed=True, material=self.law.wall, color=(1, 1, 1)))
+        O.bodies.append(
+            utils.box(
+                (0, 0, -0.005),
+                (10, 10, 0.005),
+                fixed=True,
+                material=self.law.wall,
+                color=(1, 1, 1),
+                mask=self.law.wall_mask,
+            )
+        )
 
 
 def bounce(law, time_step: float, radius: float, speed: float, plate: bool = True) -> dict:
