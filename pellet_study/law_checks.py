@@ -21,6 +21,7 @@ CHECKS = (
     "clump_restitution",
     "clump_sliding",
     "grain_impact",
+    "grain_sticking",
     "grain_pull_off",
     "grain_limits",
     "grain_energy",
@@ -133,9 +134,11 @@ def _grains(quick: bool):
     ):
         yield case("grain_impact", RESTITUTION, restitution=e, speed_m_s=v, surface_energy_j_m2=gamma)
     for softness in () if quick else (0.01, 0.1, 1.0):
-        yield case("grain_impact", RESTITUTION, restitution=0.3, surface_energy_j_m2=0.2, stiffness_scale=softness)
+        yield case("grain_sticking", RESTITUTION, restitution=0.3, stiffness_scale=softness)
         yield case("grain_pull_off", RESTITUTION, restitution=0.3, apart_mm_s=1.0, stiffness_scale=softness)
         yield case("grain_limits", RESTITUTION, restitution=0.3, surface_energy_j_m2=0.2, stiffness_scale=softness)
+    for e in (0.15,) if quick else (0.05, 0.15, 0.3, 0.5, 0.9):
+        yield case("grain_sticking", RESTITUTION, restitution=e)
     for e, v in product((0.15,) if quick else (0.05, 0.15, 0.5, 0.9), (1.0, 50.0)):
         yield case("grain_pull_off", RESTITUTION, restitution=e, apart_mm_s=v)
     for gamma, load in ((0.0, 1e-3), (0.2, 1e-3)) if quick else product((0.0, 0.1, 0.3), (-1e-4, 0.0, 1e-3, 5e-3)):

@@ -37,6 +37,7 @@ RIG = {
     "time_limit_s": 120.0,
 }
 SETTING = ("steel_restitution", "restitution", "surface_energy_j_m2", "speed_m_s")
+TOLERANCE = {"measured_restitution": (0.0, 0.03)}  # relative, absolute
 
 
 def _grains(case: dict) -> Grains:

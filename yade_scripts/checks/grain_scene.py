@@ -23,7 +23,7 @@ NUMERICS = {
     "time_step_fraction": quantity(0.09, 0.002, 0.25, "1", "of the Rayleigh step, cut further where e < 0.3"),
     "stiffness_scale": quantity(1e-3, 1e-5, 1.0, "1", "of both moduli"),
 }
-PHASES = 8  # of the first step in a contact, over which a reading is a mean
+PHASES = [(k + 0.5) / 8 for k in range(8)]  # of the first step in a contact, over which a reading is a mean
 MOST_STEPS = 40_000
 WALLS = Pair(0.5, 0.3, 0.1)
 
