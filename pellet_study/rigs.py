@@ -11,6 +11,7 @@ from pathlib import Path
 import yade_scripts
 from pellet_study.errors import InputError
 from yade_scripts import case as case_file
+from yade_scripts.effects import acting_in
 
 SCRIPTS = Path(yade_scripts.__file__).resolve().parent
 FOLDERS = [SCRIPTS, SCRIPTS / "checks"]
@@ -83,9 +84,11 @@ def _sources(files: Sequence[Path]) -> dict[Path, bytes]:
 
 
 def _imported(source: bytes) -> list[Path]:
-    """Files of yade_scripts that a script's import statements name."""
+    """Files of yade_scripts that a script's import statements name, and the effects that it finds by their declarations."""
     found = []
     for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "acting_in":
+            found += [Path(effect.__file__) for effect in acting_in(*map(ast.literal_eval, node.args))]
         if isinstance(node, ast.ImportFrom) and (node.module or "").split(".")[0] == "yade_scripts":
             folder = SCRIPTS.joinpath(*node.module.split(".")[1:])
             found += [folder.with_suffix(".py"), *(folder / f"{alias.name}.py" for alias in node.names)]

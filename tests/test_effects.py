@@ -3,6 +3,9 @@
 All cases run in one campaign; each test names the cases it needs, by what it compares.
 """
 
+import shutil
+import subprocess
+import sys
 from itertools import chain
 from math import atan, cos, degrees, log1p, pi, radians, sin, sqrt
 from pathlib import Path
@@ -156,6 +159,19 @@ def test_every_effect_is_declared_once_and_by_the_rigs_it_names():
             assert rigs.case(rig)["effects"][name] == effects[name].neutral()
             assert name in catalogue.standard().acting(rig)
     assert len({effect for _, effect in PAIRS}) == 10
+
+
+def test_an_effect_of_the_package_is_one_file(tmp_path):
+    """A copy of yade_scripts with one more file in effects/: its rig knows it, by what the file says."""
+    shutil.copytree(rigs.SCRIPTS, tmp_path / "yade_scripts", ignore=shutil.ignore_patterns("__pycache__"))
+    effects = tmp_path / "yade_scripts" / "effects"
+    text = (effects / "plate_tilt.py").read_text().replace('"plate_tilt"', '"bent_plate"')
+    (effects / "bent_plate.py").write_text(text)
+    question = "from yade_scripts import slope_slip as rig; print(*rig.RIG['effects'])"
+    found = subprocess.run(
+        [sys.executable, "-c", question], cwd=tmp_path, capture_output=True, text=True, check=True
+    ).stdout.split()
+    assert set(found) == {*rigs.rig("slope_slip").effects, "bent_plate"}
 
 
 def test_an_effect_is_refused_by_a_rig_it_does_not_touch():

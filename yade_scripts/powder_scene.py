@@ -11,11 +11,10 @@ Places at which effects act (their `POWDER_SCENE`):
 """
 
 from math import cos, pi, radians, sin, sqrt, tan
-from types import SimpleNamespace
 
 import numpy as np
 
-from yade_scripts import acting, contacts, laws, layered, stepping
+from yade_scripts import contacts, laws, layered, stepping
 from yade_scripts.contacts import Material, Pair
 from yade_scripts.laws import LOCAL_DAMPING, RESTITUTION
 
@@ -27,30 +26,6 @@ SEGMENTS = 24  # facets around the funnel
 AIR_DENSITY = 1.2  # kg/m3, 20 C
 LATTICE = 2.2  # spacing of the grains before they settle, in the largest radius
 FASTEST_START = 0.1  # m/s, of the random velocities they start with
-
-
-def declared(modules) -> dict:
-    """{effect: {parameter: declaration}} of effect files, for the rig's declaration."""
-    return {module.EFFECT["name"]: parameters(module) for module in modules}
-
-
-def parameters(module) -> dict:
-    """An effect's parameters in the repose rig."""
-    return module.EFFECT.get("parameters_in", {}).get("repose", module.EFFECT["parameters"])
-
-
-class Effects(acting.Effects):
-    """The effects present in a case of the repose rig."""
-
-    def __init__(self, modules, case: dict):
-        here = [
-            SimpleNamespace(
-                EFFECT={"name": module.EFFECT["name"], "parameters": parameters(module)},
-                SEED_SCENE=getattr(module, "POWDER_SCENE", {}),
-            )
-            for module in modules
-        ]
-        super().__init__(here, case)
 
 
 def grain_radius(diameter_um: float, amplification: float) -> float:
