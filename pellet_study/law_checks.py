@@ -141,7 +141,7 @@ def _grains(quick: bool):
         yield case("grain_sticking", RESTITUTION, restitution=e)
     for e, v in product((0.15,) if quick else (0.05, 0.15, 0.5, 0.9), (1.0, 50.0)):
         yield case("grain_pull_off", RESTITUTION, restitution=e, apart_mm_s=v)
-    for gamma, load in ((0.0, 1e-3), (0.2, 1e-3)) if quick else product((0.0, 0.1, 0.3), (-1e-4, 0.0, 1e-3, 5e-3)):
+    for gamma, load in ((0.0, 1e-3), (0.1, 1e-3)) if quick else product((0.0, 0.1, 0.3), (-1e-4, 0.0, 1e-3, 5e-3)):
         if gamma or load > 0:
             yield case("grain_limits", RESTITUTION, surface_energy_j_m2=gamma, load_n=load, restitution=0.15)
     for load in () if quick else (1.25, 4.0):
@@ -149,7 +149,7 @@ def _grains(quick: bool):
         yield case("grain_pull_off", RESTITUTION, restitution=0.3, adhesion_load=load)
     for e, aslant, gamma in product((0.15,) if quick else (0.05, 0.15, 0.9), (0.0, 35.0, 70.0), (0.0, 0.2)):
         yield case("grain_energy", RESTITUTION, restitution=e, aslant_deg=aslant, surface_energy_j_m2=gamma)
-    for e, own, gamma in product((0.3,) if quick else (0.15, 0.6), (0.15,) if quick else (0.15, 0.6), (0.0, 0.2)):
+    for e, own, gamma in product((0.15,) if quick else (0.15, 0.6), (0.15,) if quick else (0.15, 0.6), (0.0, 0.2)):
         yield case("grain_and_wall", RESTITUTION, steel_restitution=e, restitution=own, surface_energy_j_m2=gamma)
 
 
