@@ -51,6 +51,9 @@ def run(arguments: argparse.Namespace) -> dict:
         print(f"YADE: {error}")
         return {**answer, "ok": False, "checks": []}
     print(f"YADE {answer['version']}: {answer['yade']}")
+    answer["lacks"] = yade.lacks()
+    for what, cost in answer["lacks"].items():
+        print(f"  this build lacks {what}: {cost}")
     if arguments.results is None:
         with tempfile.TemporaryDirectory() as folder:
             table = _law_checks(Path(folder) / ".store", quick=True)
