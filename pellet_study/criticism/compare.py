@@ -18,6 +18,7 @@ from pellet_study.criticism.constancy import DRIFT, Drift, constancy_tests
 from pellet_study.criticism.holdout import holdout_p, level_out_errors
 from pellet_study.criticism.intervals import intervals_of
 from pellet_study.criticism.lack_of_fit import LACK_IN_A_RIG, absorbed_basis, lack_by_rig, lack_of_fit, needed_setup
+from pellet_study.criticism.least_squares import ROUNDS
 from pellet_study.criticism.residuals import RowResidual, row_residuals
 from pellet_study.study.study import Study
 
@@ -69,8 +70,9 @@ class Comparison:
 
     @property
     def judged(self) -> bool | None:
-        """`fits`, or None where the data cannot say."""
-        return None if self.fits and self.lack_of_fit_p is None else self.fits
+        """`fits`, or None where the data, or a fit that did not end, cannot say."""
+        unsaid = self.lack_of_fit_p is None if self.fits else not self.converged
+        return None if unsaid else self.fits
 
 
 def compare(study: Study, state: CalibratedStudy | None = None, level_out: bool = False) -> Comparison:
@@ -116,6 +118,11 @@ def compare(study: Study, state: CalibratedStudy | None = None, level_out: bool 
 def warnings_of(state: CalibratedStudy, stuck: Sequence[str], loose: Sequence[str]) -> list[str]:
     """What to know of a fit: too few cases for it, constants at their bounds or not identified, or that act nowhere."""
     warnings = []
+    if not state.fit.settled:
+        warnings.append(
+            f"the calibration did not end within {ROUNDS} rounds: its values are not the best, chi2 is too large; in study.toml "
+            "narrow min and max of the free parameters, or begin nearer to the answer with `value`"
+        )
     if len(state.cells.case) <= absorbed_basis(state.fit.jacobian).shape[1]:
         warnings.append(
             "there are as many free parameters as different cases: any model fits, "

@@ -21,7 +21,7 @@ from pellet_study.criticism.calibration import CalibratedStudy, fit_study
 from pellet_study.criticism.compare import Comparison, compare
 from pellet_study.criticism.explanations import TIE, explanations
 from pellet_study.criticism.lack_of_fit import absorbed_basis
-from pellet_study.criticism.least_squares import Fit
+from pellet_study.criticism.least_squares import ROUNDS, Fit
 from pellet_study.criticism.next_measurement import NextMeasurement, next_measurement
 from pellet_study.criticism.possible import FEW_LEVELS
 from pellet_study.criticism.ranking import Scores, Suspect, ranking_of, unjudged, unsimulated
@@ -144,7 +144,8 @@ def diagnose(
     if propose and len(chosen) > (1 if ties_only else 0):
         pool = chosen if len(chosen) > 1 else [*chosen, *_runner_up(rest, beyond)]
         proposal = next_measurement(state, {r.effects: r.fit for r in pool})
-    verdict = verdict_of(needed, chosen)
+    unended = unended_fits(state, chosen, needed)
+    verdict = verdict_of(needed, chosen, unended)
     return Diagnosis(
         verdict=verdict,
         missing=chosen[0].effects if verdict == Verdict.MISSING else (),
@@ -154,7 +155,11 @@ def diagnose(
         gate_p=gated.p,
         comparison=prepared.comparison,
         rivals=(*chosen, *rest),
-        warnings=(*prepared.warnings, *_warnings(prepared, gated, verdict, propose and proposal is None)),
+        warnings=(
+            *prepared.warnings,
+            *_warnings(prepared, gated, verdict, propose and proposal is None),
+            *_unended(unended),
+        ),
     )
 
 
@@ -210,13 +215,34 @@ def gate_of(state: CalibratedStudy, prepared: Prepared, level: float) -> Gate:
     return Gate(p, unit @ residual, Scores(shown, scores, null), p < level)
 
 
-def verdict_of(needed: bool, chosen: Sequence[Rival]) -> Verdict:
-    """By what explains the data, and whether anything has to."""
+def unended_fits(state: CalibratedStudy, chosen: Sequence[Rival], needed: bool) -> list[str]:
+    """The fits that decide a verdict other than `adequate` and did not end within their rounds, by their effects.
+
+    A present model whose fit did not end has a chi2 above its least: it may fit after all. Where it fits all the same,
+    nothing has to be decided.
+    """
+    present = [] if state.fit.settled or not needed else ["the present model"]
+    return present + [" + ".join(rival.effects) for rival in chosen if not rival.fit.settled]
+
+
+def verdict_of(needed: bool, chosen: Sequence[Rival], unended: Sequence[str] = ()) -> Verdict:
+    """By what explains the data, whether anything has to, and whether the fits behind it ended."""
+    if unended:
+        return Verdict.UNDECIDED
     if len(chosen) == 1:
         return Verdict.MISSING
     if chosen:
         return Verdict.TIED
     return Verdict.UNEXPLAINED if needed else Verdict.ADEQUATE
+
+
+def _unended(names: Sequence[str]) -> list[str]:
+    if not names:
+        return []
+    return [
+        f"the verdict is undecided because the fit of {', of '.join(names)} did not end within {ROUNDS} rounds: in study.toml "
+        "narrow min and max of the free parameters, or begin nearer to the answer with `value`"
+    ]
 
 
 def _warnings(prepared: Prepared, gated: Gate, verdict: Verdict, nothing_to_measure: bool) -> list[str]:

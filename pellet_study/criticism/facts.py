@@ -144,8 +144,10 @@ def fit_words(comparison: dict) -> str | None:
     """Does it fit? None where neither standard deviations nor replicates tell."""
     if comparison["chi2"] is None:
         return None
-    if comparison["fits"] is None:
+    if comparison["fits"] is None and comparison["lack_of_fit_p"] is None:
         return "as many free parameters as different cases, so that any readings are met: the fit says nothing"
+    if comparison["fits"] is None:
+        return "the fit did not end, so that chi2 is too large: whether the model fits cannot be said"
     if not comparison["fits"]:
         return "the model does not fit"
     if held_out_contradict(comparison):

@@ -153,6 +153,7 @@ def answer_lines(study: Study, diagnosed: Diagnosis) -> list[str]:
     finding = facts.finding(answer)
     words = {
         Verdict.ADEQUATE: facts.adequacy(answers.comparison(diagnosed.comparison)),
+        Verdict.UNDECIDED: "a fit on which the answer rests did not end (see the notes)",
         Verdict.UNEXPLAINED: "the model fails, and no candidate of a plausible size repairs it",
         Verdict.MISSING: finding.names,
         Verdict.TIED: f"{finding.names} explain it alike",
