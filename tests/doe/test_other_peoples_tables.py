@@ -10,7 +10,18 @@ import pytest
 
 from pellet_study.__main__ import main
 
-RESIN = {"1": 62, "A": 1, "B": 2.625, "C": -2.375, "AB": -2, "AC": 11, "BC": 1.75, "A2": -7.375, "B2": 1.875, "C2": -3.625}
+RESIN = {
+    "1": 62,
+    "A": 1,
+    "B": 2.625,
+    "C": -2.375,
+    "AB": -2,
+    "AC": 11,
+    "BC": 1.75,
+    "A2": -7.375,
+    "B2": 1.875,
+    "C2": -3.625,
+}
 EDGES = [(-1, -1, 0), (1, -1, 0), (-1, 1, 0), (1, 1, 0), (-1, 0, -1), (1, 0, -1), (-1, 0, 1), (1, 0, 1)]
 EDGES += [(0, -1, -1), (0, 1, -1), (0, -1, 1), (0, 1, 1), (0, 0, 0), (0, 0, 0), (0, 0, 0)]
 VISCOSITY = [53, 58, 59, 56, 64, 45, 35, 60, 59, 64, 53, 65, 65, 59, 62]
@@ -209,7 +220,9 @@ def test_a_slip_of_the_pen_is_named(tmp_path, capsys, column, row, level):
     if row == 14:  # a centre run: its level could be meant
         return
     error = capsys.readouterr().err
-    assert found == 2 and f"column '{'ABC'[column]}', row {row + 1}" in error and f"{float(level):g} is a level" in error
+    assert (
+        found == 2 and f"column '{'ABC'[column]}', row {row + 1}" in error and f"{float(level):g} is a level" in error
+    )
     advice = error.split("with --factor '")[1].split("'")[0]
     as_run = answer(tmp_path, edited(slip), "--factor", advice)
     assert as_run != 2 and "analysed where they were run" in capsys.readouterr().err
