@@ -8,6 +8,7 @@ from pellet_study.doe.lenth import Lenth
 from pellet_study.doe.linear_model import INTERCEPT, Interval
 from pellet_study.doe.optimum import TargetSet
 from pellet_study.doe.plackett_burman import Screening
+from pellet_study.doe.published_designs import UNKNOWN, design_of
 from pellet_study.doe.steepest_climb import Climb, Turning
 from pellet_study.doe.validation import Equivalence
 
@@ -77,8 +78,14 @@ def _head(analysis: Screening | Surface, kind: str) -> str:
     return (
         f"{kind}: {len(analysis.table.response)} runs, {len(analysis.table.factors)} "
         f"factor{'s' if len(analysis.table.factors) > 1 else ''}, response "
-        f"{analysis.table.response.name}\nlevels -1 to +1: {levels}{_blocks_text(analysis)}"
+        f"{analysis.table.response.name}{_design_text(analysis)}\nlevels -1 to +1: {levels}{_blocks_text(analysis)}"
     )
+
+
+def _design_text(analysis: Screening | Surface) -> str:
+    """What design the runs are, where it is a known one."""
+    name = design_of(analysis.table)
+    return "" if UNKNOWN in name else f"\ndesign: {name}"
 
 
 def _blocks_text(analysis: Screening | Surface) -> str:
