@@ -57,13 +57,23 @@ def interval_around(
     )
 
 
-def t_test(section: str, difference: float, sd: float, printed: str, unit: str, each: int = 5) -> Item:
+def t_test(
+    section: str,
+    difference: float,
+    sd: float,
+    printed: str,
+    unit: str,
+    missing: str = "n and sd of the simulation are not given",
+    each: int = 5,
+) -> Item:
     """A printed P of a t test beside every number of readings that the printed means and sd leave open.
 
     Parameters
     ----------
     difference, sd : float
         Of the means; of the target's readings, response unit.
+    missing : str
+        What the paper does not print, in words.
     each : int
         Readings on both sides for which the needed sd and difference are worked out.
     """
@@ -77,7 +87,7 @@ def t_test(section: str, difference: float, sd: float, printed: str, unit: str, 
         found = one if max(one.values()) >= p else two
         nearest = min(found, key=lambda n: abs(found[n] - p))
         kind = "one sample" if found is one else "two samples"
-        reason = f"n = {nearest}, {kind}, gives {found[nearest]:.4f}; n and sd of the simulation are not given"
+        reason = f"n = {nearest}, {kind}, gives {found[nearest]:.4f}; {missing}"
         return judged(section, "P of the t test", printed, found[nearest], True, reason, found[nearest] - p)
     needed_n = (-ndtri(p / 2) * sd / difference) ** 2
     needed_difference = -stdtrit(2 * each - 2, p / 2) * sd * np.sqrt(2 / each)
@@ -93,7 +103,7 @@ def t_test(section: str, difference: float, sd: float, printed: str, unit: str, 
         f"limit), a simulation sd of {_needed_sd(difference, sd, each, p):.1f} {unit} or a difference of "
         f"{needed_difference:.4f} {unit} (n "
         f"= {each} each); 1 - P comes near at n = {reverse} ({1 - one[reverse]:.4f}), so 1 - P may have been "
-        "printed; n and sd of the simulation are not given",
+        f"printed; {missing}",
         max(one.values()) - p,
     )
 
@@ -142,6 +152,7 @@ def what_it_shows(section: str, target: Sample, runs: Sample, unit: str) -> Item
             "are not printed: that it came near cannot be told from chance, and no test of equality is possible; "
             "print every run, and declare the margin before it",
         )
+    known = "" if target.sd else " (the target taken as known: sd or n of its readings is not printed)"
     return Item(
         section,
         item,
@@ -150,7 +161,7 @@ def what_it_shows(section: str, target: Sample, runs: Sample, unit: str) -> Item
         None,
         CONSISTENT,
         f"equality within +-{limit:.4g} {unit} ({100 * limit / abs(target.mean):.2f} % of the target) at level "
-        f"{LEVEL:g}, no tighter; a P of no difference above {LEVEL:g} shows no equality",
+        f"{LEVEL:g}, no tighter{known}; a P of no difference above {LEVEL:g} shows no equality",
     )
 
 
