@@ -59,7 +59,8 @@ def yade_batch(number: int, folder: Path) -> tuple[float, pd.DataFrame]:
 def second_call(number: int, store: Path) -> float:
     """Seconds of a fresh Python that asks for the same cases again, all of them stored."""
     program = (
-        "import sys; from pathlib import Path; from pellet_study import dispatch, rigs; "
+        "import sys; from pathlib import Path; from pellet_study import rigs; "
+        "from pellet_study.simulate import dispatch; "
         f"dispatch.run([rigs.case('rebound', seed=seed) for seed in range({number})], Path(sys.argv[1]))"
     )
     start = time.perf_counter()

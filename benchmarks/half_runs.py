@@ -17,10 +17,11 @@ import numpy as np
 import pandas as pd
 
 from pellet_study.output import style
-from pellet_study.powder import chain as powder_chain
 from pellet_study.powder import few_heaps
-from pellet_study.powder import plan as powder_plan
+from pellet_study.powder.from_study import plan_of
+from pellet_study.powder.heaps import Heaps
 from pellet_study.powder.plan import OBSERVABLE
+from pellet_study.powder.results import Results
 from pellet_study.study import load
 from yade_scripts.powder_scene import damper_share
 
@@ -44,18 +45,19 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--workers", type=int)
     workers = parser.parse_args().workers
-    plan = powder_plan.plan_of(load.load(ROOT / "results" / "full"))
+    plan = plan_of(load(ROOT / "results" / "full"))
     plan = replace(plan, conditions={"powder_mass_g": MASS_G, "outlet_height_mm": HEIGHT_MM})
     rows = []
     for target in TARGETS:
         folder = FOLDER / ".half_runs" / f"{target:g}"
         store = FOLDER / ".half_runs" / "store"
-        chain = powder_chain.Chain(replace(plan, target=target), folder, store, workers=workers, quiet=True)
-        found = few_heaps.calibrate(chain, WANTED_ERROR)
+        aimed = replace(plan, target=target)
+        heaps = Heaps(aimed, store, workers=workers, quiet=True, say=print)
+        found = few_heaps.calibrate(heaps, Results(aimed, folder), WANTED_ERROR)
         screening, path = (pd.read_csv(folder / "path" / f"{name}.csv") for name in ("screening", "runs"))
-        checked = chain.heaps("validation", [found["point"]] * CHECKS, first=5_000)
+        checked = heaps.at("validation", [found.point] * CHECKS, first=5_000)
         angle = checked.loc[checked["verdict"] == "ok", OBSERVABLE]
-        validation = np.ceil((found["scatter_deg"] / WANTED_ERROR) ** 2)
+        validation = np.ceil((found.scatter_deg / WANTED_ERROR) ** 2)
         beside = steps(path, store) / len(path)  # of a heap that is not in the screening
         first = steps(screening, store)
         whole = {n: n * first + (5 + n * 6 + n * 12 + 5 + validation) * beside for n in (1, 3)}
@@ -65,14 +67,14 @@ def main() -> None:
                 "target_deg": target,
                 "found_deg": float(angle.mean()),
                 "found_error_deg": float(angle.std(ddof=1) / np.sqrt(len(angle))),
-                "line_error_deg": found["standard_error_deg"],
-                "met": found["met"],
-                "few_heaps": found["heaps"],
+                "line_error_deg": found.standard_error_deg,
+                "met": found.met,
+                "few_heaps": found.heaps,
                 "paper_design_heaps": 40 + validation,
                 "full_chain_heaps": 100 + validation,
                 "cost_over_paper_design": few / whole[1],
                 "cost_over_full_chain": few / whole[3],
-                "setting": ", ".join(f"{n} {found['point'][n]:.3f}" for n in found["factors"]),
+                "setting": ", ".join(f"{n} {found.point[n]:.3f}" for n in found.factors),
             }
         )
         print(pd.DataFrame(rows[-1:]).round(3).to_string(index=False, header=len(rows) == 1), flush=True)

@@ -60,7 +60,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=4)
     parser.add_argument("--workers", type=int)
     given = parser.parse_args()
-    loaded = load.load(FOLDER)
+    loaded = load(FOLDER)
     heaps = simulated(loaded.rows, loaded.contact_law, given.seeds, given.workers)
     heaps.to_csv(FOLDER / "heaps.csv", index=False, lineterminator="\n")
     groups = heaps.groupby("point", sort=False)[OBSERVABLE]

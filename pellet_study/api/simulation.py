@@ -8,7 +8,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pellet_study.errors import InputError
-from pellet_study.powder.heaps import FULL
 from pellet_study.study.study import Study
 
 if TYPE_CHECKING:
@@ -81,24 +80,23 @@ def calibrate(
     InputError : the study cannot be calibrated so; no folder for the results
     SimulationError : too many heaps failed
     """
-    from pellet_study.powder import chain, decisions, plan, report
+    from pellet_study.powder import Chain, Results, plan_of, report
+    from pellet_study.powder.decisions import STAGES
+    from pellet_study.powder.heaps import FULL, Heaps
 
-    if until not in decisions.STAGES:
-        raise InputError(f"until={until!r}: expected one of {', '.join(decisions.STAGES)}")
+    if until not in STAGES:
+        raise InputError(f"until={until!r}: expected one of {', '.join(STAGES)}")
     folder = Path(results) if results is not None else study.folder
     if folder is None:
         raise InputError("the study has no folder: name one with results=")
     sizes = FULL if repeats is None else replace(FULL, repeats=repeats)
-    stages = decisions.STAGES[: decisions.STAGES.index(until) + 1]
-    runner = chain.Chain(
-        plan.plan_of(study),
-        folder,
-        folder / ".store",
-        sizes,
-        workers=workers,
-        say=say or (lambda line: None),
-        after=report.write_summary,
-    )
-    found = runner.run(stages)
-    report.write(runner, found)
-    return report.answer(found)
+    plan = plan_of(study)
+    heaps = Heaps(plan, folder / ".store", sizes, workers=workers, say=say or _unsaid)
+    chain = Chain(heaps, Results(plan, folder), after=report.write_summary)
+    chain.run(STAGES[: STAGES.index(until) + 1])
+    report.write(chain)
+    return report.answer(chain.results)
+
+
+def _unsaid(line: str) -> None:
+    """A line a stage, told to nobody."""

@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pellet_study.errors import InputError
-from pellet_study.rigs.catalogue import standard
+from pellet_study.rigs.catalogue import Catalogue, standard
 from pellet_study.study.load import assembled, load
-from pellet_study.study.measurements import read
+from pellet_study.study.measurements import Measurement, read
 from pellet_study.study.study import Setting, Study
 from pellet_study.study.user_code import catalogue_of
 
@@ -78,31 +78,35 @@ def study_of(
     >>> ps.refine(study).verdict
     'adequate'
     """
-    given: dict[str, Any] = {
-        "title": title,
-        "effort": effort,
-        "parameters": {name: _setting(value) for name, value in (parameters or {}).items()},
-        "effects": {e: {name: _setting(v) for name, v in values.items()} for e, values in (effects or {}).items()},
-        "possible": {rig: {c: _setting(v) for c, v in ranges.items()} for rig, ranges in (possible or {}).items()},
-    }
+    given: dict[str, Any] = {"title": title, "effort": effort, "parameters": _settings(parameters)}
+    given["effects"] = {name: _settings(values) for name, values in (effects or {}).items()}
+    given["possible"] = {rig: _settings(ranges) for rig, ranges in (possible or {}).items()}
     given |= {} if candidates is None else {"candidates": list(candidates)}
     given |= {} if contact_law is None else {"contact_law": contact_law}
     where = Path(folder) if folder is not None else None
     if where is not None:
         where.mkdir(parents=True, exist_ok=True)
     everything = standard() if where is None else catalogue_of(where)
-    with tempfile.TemporaryDirectory() as temporary:
-        file = Path(temporary) / "measurements"  # read as a file is, with the same checks
-        measurements.to_csv(file, index=False)
-        try:
-            rows = read(file, everything)
-        except InputError as error:
-            raise InputError(str(error).replace(str(file), "measurements")) from None
-    study = assembled(given, rows, everything, "study_of", where)
+    study = assembled(given, _rows(measurements, everything), everything, "study_of", where)
     simulated = [rig for rig in study.rigs if study.catalogue.rigs[rig].on_yade]
     if simulated and where is None:
         raise InputError(f"{', '.join(simulated)} runs on YADE: name a folder for its simulations with folder=")
     return study
+
+
+def _rows(measurements: pd.DataFrame, catalogue: Catalogue) -> tuple[Measurement, ...]:
+    """The rows of a data frame, read as a file is, with the same checks."""
+    with tempfile.TemporaryDirectory() as temporary:
+        file = Path(temporary) / "measurements"
+        measurements.to_csv(file, index=False)
+        try:
+            return read(file, catalogue)
+        except InputError as error:
+            raise InputError(str(error).replace(str(file), "measurements")) from None
+
+
+def _settings(values: Mapping[str, Free] | None) -> dict[str, float | dict[str, float]]:
+    return {name: _setting(value) for name, value in (values or {}).items()}
 
 
 def _setting(value: Free) -> float | dict[str, float]:

@@ -76,7 +76,7 @@ class Stored:
         sd = np.array([self.of.reading_sd(case.rig, y) for case, y in zip(self.model.cases, mean, strict=True)])
         sd = np.sqrt(sd**2 / self.repeats + variance)
         fitted = np.array([k for k in range(len(mean)) if k not in self.of.held_out])
-        cells = CellMeans(fitted, mean[fitted], sd[fitted], 1 / sd[fitted], 1000, 0.0, 0)
+        cells = CellMeans(fitted, mean[fitted], sd[fitted], 1 / sd[fitted], 1000, 0.0)
         start = self.point(parameters, {})
         chi2 = fit(self.model, cells, problem_of(self.model, 0, start)).chi2
         by_chance = (chance / sd**2)[fitted].sum()

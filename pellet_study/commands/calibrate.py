@@ -5,8 +5,12 @@ import os
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from pellet_study.errors import InputError
+
+if TYPE_CHECKING:
+    from pellet_study.powder import Heaps, Plan
 
 EPILOG = """\
 The measurements need the measured repose angle with its sd. Parameters A to G (powder_restitution, powder_static_friction,
@@ -68,19 +72,38 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> dict:
     """Do the stages, write the results, print the summary."""
-    from pellet_study.powder import chain as chain_module
-    from pellet_study.powder import decisions as decisions_module
-    from pellet_study.powder import few_heaps, heaps, report
-    from pellet_study.powder import plan as powder_plan
+    from pellet_study.powder import Chain, Results, few_heaps, plan_of, report
     from pellet_study.study import load
 
+    folder = arguments.results or arguments.study
+    _check(arguments, folder)
+    plan = plan_of(load(arguments.study), arguments.contact_law)
+    _make(folder)
+    heaps = _heaps(arguments, plan, folder)
+    results = Results(plan, folder, arguments.quick)
+    if arguments.few:
+        setting = few_heaps.calibrate(heaps, results)
+        print(report.write_path(results, setting))
+        return report.path_answer(setting)
+    chain = Chain(heaps, results, after=report.write_summary)
+    chain.run(_stages(arguments))
+    print(report.write(chain))
+    return report.answer(results)
+
+
+def _check(arguments: argparse.Namespace, folder: Path) -> None:
+    """Options that fit together, before the study is read.
+
+    Raises
+    ------
+    InputError : they do not
+    """
     if arguments.few and (arguments.until or arguments.only or arguments.quick or arguments.repeats):
         raise InputError("--few has no stages: leave --until, --only, --quick and --repeats away")
     if arguments.until and arguments.only:
         raise InputError("--until and --only exclude each other: give one")
     if arguments.quick and arguments.until:
         raise InputError("--quick has its own stages, screening and validation: leave --until away")
-    folder = arguments.results or arguments.study
     if arguments.quick and arguments.quick.resolve() == folder.resolve():
         raise InputError(f"--quick {arguments.quick}: would write over the results it reads; name another --results")
     if arguments.repeats is not None and arguments.repeats < 1:
@@ -89,39 +112,32 @@ def run(arguments: argparse.Namespace) -> dict:
         raise InputError(f"--workers {arguments.workers}: expected at least one process")
     if arguments.quick and not (arguments.quick / "optimum" / "decision.json").exists():
         raise InputError(f"--quick {arguments.quick}: expected the results of a chain that was run to the optimum")
-    stages = decisions_module.STAGES
-    if arguments.quick:
-        stages = ("screening", "validation")
+
+
+def _stages(arguments: argparse.Namespace) -> tuple[str, ...]:
+    """The stages that the options name."""
+    from pellet_study.powder.decisions import STAGES
+
     if arguments.only:
-        stages = (arguments.only,)
-    elif arguments.until:
-        stages = decisions_module.STAGES[: decisions_module.STAGES.index(arguments.until) + 1]
-    plan = powder_plan.plan_of(load(arguments.study), arguments.contact_law)
-    _make(folder)
+        return (arguments.only,)
+    if arguments.quick:
+        return ("screening", "validation")
+    return STAGES[: STAGES.index(arguments.until) + 1] if arguments.until else STAGES
+
+
+def _heaps(arguments: argparse.Namespace, plan: "Plan", folder: Path) -> "Heaps":
+    """Heaps of the sizes asked for, else of those that the folder of the results was begun with."""
+    from pellet_study.powder.decisions import repeats_before
+    from pellet_study.powder.heaps import FULL, QUICK, Heaps
+
     say = partial(print, flush=True)  # a line a stage, also where the output goes to a file
-    sizes = heaps.QUICK if arguments.quick else heaps.FULL
-    before = decisions_module.repeats_before(folder)
+    sizes = QUICK if arguments.quick else FULL
+    before = repeats_before(folder)
     if repeats := arguments.repeats or before:
         if repeats == before != sizes.repeats and not arguments.few:
             say(f"heaps at each point: {before}, as before in {folder}; --repeats {sizes.repeats} for {sizes.repeats}")
         sizes = replace(sizes, repeats=repeats)
-    chain = chain_module.Chain(
-        plan,
-        folder,
-        folder / ".store",
-        sizes,
-        workers=arguments.workers,
-        say=say,
-        decisions_from=arguments.quick,
-        after=report.write_summary,
-    )
-    if arguments.few:
-        decision = few_heaps.calibrate(chain)
-        print(report.write_path(chain, decision))
-        return report.path_answer(decision)
-    decisions = chain.run(stages)
-    print(report.write(chain, decisions))
-    return report.answer(decisions)
+    return Heaps(plan, folder / ".store", sizes, workers=arguments.workers, say=say)
 
 
 def _make(folder: Path) -> None:

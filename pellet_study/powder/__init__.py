@@ -1,4 +1,20 @@
 """The powder calibration of the source paper: screening, climb, surface, optimum and validation of a repose angle.
 
-plan < heaps < decisions, box, tables, validation < text < chain < few_heaps, figures < report
+`from_study.plan_of(study)` says what a study asks for, `Chain` does it:
+
+    plan < from_study, heaps, box < decisions < text, tables, results < screening, climb, surface < validation
+    < chain, few_heaps, figures < report
 """
+
+from importlib import import_module
+from typing import Any
+
+__all__ = ["Chain", "Heaps", "Plan", "Results", "plan_of"]
+_HOMES = {"Chain": "chain", "Heaps": "heaps", "Plan": "plan", "Results": "results", "plan_of": "from_study"}
+
+
+def __getattr__(name: str) -> Any:
+    """The names handed on, imported when they are asked for: most of them need pandas."""
+    if name in _HOMES:
+        return getattr(import_module(f"{__name__}.{_HOMES[name]}"), name)
+    raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

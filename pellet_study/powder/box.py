@@ -20,13 +20,15 @@ def crossing(place: np.ndarray, angle: np.ndarray, target: float) -> float:
     return float((target - level) / slope)
 
 
-def allowed(coded: np.ndarray, factors: list[Factor], known: Mapping) -> bool:
+def allowed(coded: np.ndarray, factors: list[Factor], known: Mapping[str, Mapping[str, float]]) -> bool:
     """Whether every level lies within what the rig takes."""
     levels = [(float(f.physical(x)), known[SYMBOLS[f.name]]) for f, x in zip(factors, coded, strict=True)]
     return all(quantity["min"] <= level <= quantity["max"] for level, quantity in levels)
 
 
-def box_around(centre: np.ndarray, half: float, factors: list[Factor], known: Mapping) -> dict[str, list[float]]:
+def box_around(
+    centre: np.ndarray, half: float, factors: list[Factor], known: Mapping[str, Mapping[str, float]]
+) -> dict[str, list[float]]:
     """{factor: [low, high]} of a box of half-width `half` coded units around a centre, inside what the rig takes."""
     box = {}
     for f, x in zip(factors, centre, strict=True):
@@ -37,7 +39,7 @@ def box_around(centre: np.ndarray, half: float, factors: list[Factor], known: Ma
     return box
 
 
-def moved(factor: Factor, shift: float, quantity: Mapping) -> Factor:
+def moved(factor: Factor, shift: float, quantity: Mapping[str, float]) -> Factor:
     """The factor's range moved by `shift` coded units, inside what the rig takes."""
     low, high = factor.low + shift * factor.half_range, factor.high + shift * factor.half_range
     back = max(quantity["min"] - low, 0.0) + min(quantity["max"] - high, 0.0)

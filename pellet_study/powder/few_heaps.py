@@ -5,14 +5,19 @@ both: it stands where the straight line through the heaps so far meets the measu
 angle there. The line's slope has the screening's estimate as a prior, its scatter comes from the heaps on the path.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 import pandas as pd
 
 from pellet_study.doe import plackett_burman
-from pellet_study.powder.chain import Chain
-from pellet_study.powder.plan import OBSERVABLE, RIG, SYMBOLS
+from pellet_study.doe.factors import Factor
+from pellet_study.powder.decisions import PathSetting
+from pellet_study.powder.heaps import Heaps, lost_of, point_at
+from pellet_study.powder.plan import OBSERVABLE, RIG, SYMBOLS, Plan
+from pellet_study.powder.results import Results
+from pellet_study.powder.screening import largest
 from pellet_study.powder.tables import table_of
 from pellet_study.rigs import on_yade
 
@@ -43,16 +48,41 @@ class Line:
         return float(np.sqrt(np.array([1, t]) @ self.covariance @ np.array([1, t])))
 
 
-def line(t, angle, slope: float, slope_error: float, scatter: float, freedom: int) -> Line:
-    """Weighted least squares of a + b t with a normal prior on b.
+@dataclass(frozen=True)
+class Uphill:
+    """The path of a screening: the point at t has the coded levels t `direction`, for t from `low` to `high`.
+
+    What the screening knows of the angle (deg) along it: the `level` at t = 0, the `slope` with its standard error, the
+    `scatter` of a heap with its degrees of `freedom`.
+    """
+
+    factors: list[Factor]
+    direction: np.ndarray
+    low: float
+    high: float
+    level: float
+    slope: float
+    slope_error: float
+    scatter: float
+    freedom: int
+
+    def point(self, t: float) -> dict[str, float]:
+        """{factor: physical level} at t."""
+        return point_at(self.factors, t * self.direction)
+
+    def within(self, t: float) -> float:
+        """t, or the end of the path that is nearest to it."""
+        return float(np.clip(t, self.low, self.high))
+
+
+def fit_line(path: Uphill, t: np.ndarray, angle: np.ndarray) -> Line:
+    """Weighted least squares of a + b t with a normal prior on b, the slope of the screening.
 
     Parameters
     ----------
-    t, angle : (n,) places and angles (deg) of the heaps on the path
-    slope, slope_error : prior mean and standard deviation of b, deg
-    scatter, freedom : of a heap (deg) as the screening has it, with its degrees of freedom; pooled with the path's own
+    t, angle : (n,) places and angles (deg) of the heaps on the path; their scatter is pooled with the screening's
     """
-    t, angle = np.asarray(t, float), np.asarray(angle, float)
+    slope, slope_error, scatter, freedom = path.slope, path.slope_error, path.scatter, path.freedom
     terms = np.column_stack([np.ones_like(t), t])
     pooled = scatter
     for _ in range(20):  # the line and the scatter, in turn
@@ -65,79 +95,93 @@ def line(t, angle, slope: float, slope_error: float, scatter: float, freedom: in
     return Line(estimates, covariance, pooled)
 
 
-def calibrate(chain: Chain, wanted_error: float = WANTED_ERROR) -> dict:
+def calibrate(heaps: Heaps, results: Results, wanted_error: float = WANTED_ERROR) -> PathSetting:
     """The setting whose heaps have the measured angle, found in few heaps; files in FOLDER/path.
 
-    Returns
-    -------
-    `point`, `place` (on the path), `predicted_deg`, `standard_error_deg`, `wanted_error_deg`, `heaps` (all), `path_heaps`,
-    `path_lost`, `lost` (all), `factors`, `outside` (as `Plan.outside`), `slope_deg`, `met` (False where the path ends before the target),
-    `enough` (False where `MOST` heaps do not give the wanted error)
+    Raises
+    ------
+    SimulationError : too few heaps gave an angle
     """
-    plan = chain.plan
-    chain.say(f"screening: {plackett_burman.coded_matrix(len(plan.factors), centre_points=0).shape[0]} heaps ...")
-    coded = plackett_burman.coded_matrix(len(plan.factors), centre_points=0)
-    points = [{f.name: float(f.physical(x)) for f, x in zip(plan.factors, row, strict=True)} for row in coded]
-    screened = chain.heaps("screening", points)
-    chain.write("path", "runs", screened)
-    good = chain.good(screened, "screening", len(plan.factors) + 2)
-    found = plackett_burman.analyse(table_of(good, plan.factors))
-    slopes, errors = found.model.coefficients, found.model.standard_errors
-    names = sorted((n for n in found.effects if n not in plan.idle), key=lambda n: -abs(slopes[n]))[:3]
-    chain.say(f"path: the three largest effects are those of {', '.join(sorted(names))}; {FEWEST} to {MOST} heaps ...")
-    factors = [f for f in plan.factors if f.name in names]
-    uphill = np.array([slopes[f.name] for f in factors])
-    uphill /= np.abs(uphill).max()
-    slope = float(sum(slopes[f.name] * u for f, u in zip(factors, uphill, strict=True)))
-    slope_error = float(np.sqrt(sum((errors[f.name] * u) ** 2 for f, u in zip(factors, uphill, strict=True))))
-    low, high = _ends(chain, factors, uphill)
-    scatter, freedom = float(np.sqrt(found.model.mean_square_error)), found.model.df_residual
-    t = float(np.clip((plan.target - slopes["1"]) / slope, low, high))
+    plan = heaps.plan
+    screened, path = screen(heaps, results)
+    t = path.within((plan.target - path.level) / path.slope)
     places: list[float] = []
     while True:
         places += [t] * BATCH
-        points = [{f.name: float(f.physical(p * u)) for f, u in zip(factors, uphill, strict=True)} for p in places]
-        runs = chain.heaps("climb", points, first=FIRST_SEED)
-        chain.write("path", "runs", pd.concat([screened, runs.assign(stage="path", place=places)], ignore_index=True))
+        runs = heaps.at("climb", [path.point(place) for place in places], first=FIRST_SEED)
+        both = pd.concat([screened, runs.assign(stage="path", place=places)], ignore_index=True)
+        results.write_table("path", "runs", both)
         kept = (runs["verdict"] == "ok").to_numpy()
         if kept.sum() >= 2:
-            fitted = line(np.array(places)[kept], runs.loc[kept, OBSERVABLE], slope, slope_error, scatter, freedom)
-            t = float(np.clip(fitted.meets(plan.target), low, high))
-            chain.say(
-                f"  {len(places)} heaps: {fitted.at(t):.2f} +- {fitted.error(t):.2f} deg at the best place so far"
-            )
-            if (kept.sum() >= FEWEST and fitted.error(t) <= wanted_error) or len(places) >= MOST:
+            line = fit_line(path, np.array(places)[kept], runs.loc[kept, OBSERVABLE].to_numpy(float))
+            t = path.within(line.meets(plan.target))
+            heaps.say(f"  {len(places)} heaps: {line.at(t):.2f} +- {line.error(t):.2f} deg at the best place so far")
+            if (kept.sum() >= FEWEST and line.error(t) <= wanted_error) or len(places) >= MOST:
                 break
         elif len(places) >= FEWEST:
-            chain.good(runs, "path", 2)  # says why
-    middle = {f.name: f.centre for f in plan.factors}
-    point = middle | {f.name: float(f.physical(t * u)) for f, u in zip(factors, uphill, strict=True)}
-    decision = {
-        "point": point,
-        "factors": [f.name for f in factors],
-        "outside": plan.outside(point),
-        "place": t,
-        "predicted_deg": fitted.at(t),
-        "standard_error_deg": fitted.error(t),
-        "wanted_error_deg": wanted_error,
-        "enough": fitted.error(t) <= wanted_error,
-        "scatter_deg": fitted.scatter,
-        "slope_deg": float(fitted.estimates[1]),
-        "met": bool(low < t < high),
-        "heaps": len(screened) + len(runs),
-        "path_heaps": len(runs),
-        "path_lost": int((~kept).sum()),
-        "lost": int((screened["verdict"] != "ok").sum() + (~kept).sum()),
-    }
-    chain.write("path", "decision", decision)
-    return decision
+            heaps.good(runs, "path", 2)  # says why
+    point = {f.name: f.centre for f in plan.factors} | path.point(t)
+    setting = PathSetting(
+        point=point,
+        factors=[f.name for f in path.factors],
+        outside=plan.outside(point),
+        place=t,
+        predicted_deg=line.at(t),
+        standard_error_deg=line.error(t),
+        wanted_error_deg=wanted_error,
+        enough=line.error(t) <= wanted_error,
+        scatter_deg=line.scatter,
+        slope_deg=float(line.estimates[1]),
+        met=bool(path.low < t < path.high),
+        heaps=len(screened) + len(runs),
+        path_heaps=len(runs),
+        path_lost=lost_of(runs),
+        lost=lost_of(screened) + lost_of(runs),
+    )
+    results.write_decision("path", setting)
+    return setting
 
 
-def _ends(chain: Chain, factors, uphill) -> tuple[float, float]:
+def screen(heaps: Heaps, results: Results) -> tuple[pd.DataFrame, Uphill]:
+    """The heaps of a screening without centre points, and the path along its largest effects."""
+    plan = heaps.plan
+    coded = plackett_burman.coded_matrix(len(plan.factors), centre_points=0)
+    heaps.say(f"screening: {len(coded)} heaps ...")
+    screened = heaps.at("screening", [point_at(plan.factors, row) for row in coded])
+    results.write_table("path", "runs", screened)
+    good = heaps.good(screened, "screening", len(plan.factors) + 2)
+    path = uphill(plackett_burman.analyse(table_of(good, plan.factors)), plan)
+    names = ", ".join(f.name for f in path.factors)
+    heaps.say(f"path: the three largest effects are those of {names}; {FEWEST} to {MOST} heaps ...")
+    return screened, path
+
+
+def uphill(found: plackett_burman.Screening, plan: Plan) -> Uphill:
+    """The path along the gradient in the factors of the largest effects, as far as twice the box and what the rig takes."""
+    slopes, errors = found.model.coefficients, found.model.standard_errors
+    chosen = largest(found, plan)
+    factors = [f for f in plan.factors if f.name in chosen]
+    direction = np.array([slopes[f.name] for f in factors])
+    direction /= np.abs(direction).max()
+    low, high = _ends(factors, direction)
+    return Uphill(
+        factors,
+        direction,
+        low,
+        high,
+        level=slopes["1"],
+        slope=float(sum(slopes[f.name] * u for f, u in zip(factors, direction, strict=True))),
+        slope_error=float(np.sqrt(sum((errors[f.name] * u) ** 2 for f, u in zip(factors, direction, strict=True)))),
+        scatter=float(np.sqrt(found.model.mean_square_error)),
+        freedom=found.model.df_residual,
+    )
+
+
+def _ends(factors: Sequence[Factor], direction: np.ndarray) -> tuple[float, float]:
     """How far the path goes: twice the box, as far as the rig takes the levels."""
     known = on_yade.rig(RIG).parameters
     low, high = -2.0, 2.0
-    for f, u in zip(factors, uphill, strict=True):
+    for f, u in zip(factors, direction, strict=True):
         if u:
             ends = sorted(f.coded(known[SYMBOLS[f.name]][side]) / u for side in ("min", "max"))
             low, high = max(low, ends[0]), min(high, ends[1])

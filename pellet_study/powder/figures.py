@@ -1,15 +1,22 @@
 """Figures of the powder calibration."""
 
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
+
 import numpy as np
 import pandas as pd
 
 from pellet_study.output import style
 from pellet_study.output.style import LIGHT, MEASURED, MODEL, styled
+from pellet_study.powder.decisions import PathSetting
 from pellet_study.powder.plan import OBSERVABLE
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
 
 
 @styled
-def climb(runs: pd.DataFrame, names: list[str], measured: tuple[float, float | None] | None):
+def climb(runs: pd.DataFrame, names: list[str], measured: tuple[float, float | None] | None) -> "Figure":
     """Angles of the heaps along a path in several factors, the measured angle beside."""
     at = runs.groupby(names).ngroup() + 1
     figure, axes = style.new_axes(max(6.0, 0.8 + 0.72 * at.nunique()), 4.0)
@@ -33,7 +40,7 @@ def climb(runs: pd.DataFrame, names: list[str], measured: tuple[float, float | N
 
 
 @styled
-def path(runs: pd.DataFrame, decision: dict, measured: tuple[float, float]):
+def path(runs: pd.DataFrame, setting: PathSetting, measured: tuple[float, float]) -> "Figure":
     """Angles of the heaps of a calibration in few heaps against their place on the path, with the line and what was found."""
     value, sd = measured
     figure, axes = style.new_axes(6.0, 4.0)
@@ -46,23 +53,21 @@ def path(runs: pd.DataFrame, decision: dict, measured: tuple[float, float]):
         capsize=3,
         label="simulated heap",
     )
-    t = decision["place"]
+    t = setting.place
     ends = np.array([min(runs["place"].min(), t), max(runs["place"].max(), t)]) + [-0.1, 0.1]
-    axes.plot(
-        ends, decision["predicted_deg"] + decision["slope_deg"] * (ends - t), color="black", label="straight line"
-    )
+    axes.plot(ends, setting.predicted_deg + setting.slope_deg * (ends - t), color="black", label="straight line")
     axes.axhspan(value - sd, value + sd, color=LIGHT, alpha=0.5, zorder=0, label=f"±{sd:g} deg, its sd")
     axes.axhline(value, color=MEASURED, linestyle="--", label=f"measured {value:g} deg")
-    name = "setting found" if decision["met"] else "nearest setting"
-    axes.plot(t, decision["predicted_deg"], "*", color="white", markeredgecolor="black", markersize=14, label=name)
-    axes.set_xlabel(f"place on the path of {', '.join(decision['factors'])} (-1 to 1: the box of the screening)")
+    name = "setting found" if setting.met else "nearest setting"
+    axes.plot(t, setting.predicted_deg, "*", color="white", markeredgecolor="black", markersize=14, label=name)
+    axes.set_xlabel(f"place on the path of {', '.join(setting.factors)} (-1 to 1: the box of the screening)")
     axes.set_ylabel("repose angle (deg)")
     figure.legend(loc="outside lower center", ncols=3)
     return figure
 
 
 @styled
-def heaps(angles: np.ndarray, mean: float, interval, measured: float, margin: float):
+def heaps(angles: np.ndarray, mean: float, interval: Sequence[float], measured: float, margin: float) -> "Figure":
     """Angles of heaps of different seeds beside the measured angle and its margin."""
     figure, axes = style.new_axes(5.6, 3.2)
     axes.axhspan(measured - margin, measured + margin, color=style.BAND, zorder=0, label=f"margin ±{margin:g}")

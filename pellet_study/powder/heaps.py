@@ -1,8 +1,22 @@
-"""Sizes of a powder calibration: how many heaps, of how many grains."""
+"""The heaps of a powder calibration: how many, with which seeds, simulated or from the store."""
 
-from dataclasses import dataclass
+import os
+import shutil
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from pathlib import Path
 
-SEEDS_A_STAGE = 10_000
+import numpy as np
+import pandas as pd
+
+from pellet_study.doe.factors import Factor
+from pellet_study.errors import SimulationError
+from pellet_study.powder.plan import OBSERVABLE, RIG, SYMBOLS, Plan
+from pellet_study.rigs import on_yade
+from pellet_study.simulate import dispatch
+
+FIRST_SEED = {"screening": 10_000, "climb": 20_000, "surface": 30_000, "validation": 50_000}
+SEEDS_A_TRY = 1_000  # of each box of the surface and of each attempt of the validation, within their stage
 SEEDS_OF_READ = 8_000  # first of the validation where the setting was read: the chain that found it used those before
 KEEP_GRAINS = "PELLET_STUDY_GRAINS"  # where the rig leaves the grains of its heaps
 
@@ -20,3 +34,101 @@ class Sizes:
 
 
 FULL, QUICK = Sizes(3, 5, 10, 60), Sizes(1, 3, 4, 4, attempts=1)
+
+
+def point_at(factors: Sequence[Factor], coded: np.ndarray) -> dict[str, float]:
+    """{factor: physical level} of a point in coded units."""
+    return {f.name: float(f.physical(x)) for f, x in zip(factors, coded, strict=True)}
+
+
+def repeated(points: list[dict[str, float]], coded: np.ndarray, repeats: int) -> list[dict[str, float]]:
+    """The points of a design, then those beside its centre again until each has `repeats`."""
+    beside = [point for point, row in zip(points, coded, strict=True) if np.any(row)]
+    return points + (repeats - 1) * beside
+
+
+def lost_of(runs: pd.DataFrame) -> int:
+    """How many heaps gave no angle."""
+    return int((runs["verdict"] != "ok").sum())
+
+
+@dataclass(frozen=True)
+class Heaps:
+    """What gives the heaps of a plan: its store of finished ones, YADE for the others.
+
+    `say` gets a line for every heap that gave no angle.
+    """
+
+    plan: Plan
+    store: Path
+    sizes: Sizes = FULL
+    workers: int | None = None
+    quiet: bool = False
+    say: Callable[[str], object] = lambda line: None
+
+    def at(self, stage: str, points: Sequence[Mapping[str, float]], first: int = 0) -> pd.DataFrame:
+        """A heap at each point ({factor: physical level}; the others at the middle of their range), seeds in order.
+
+        Parameters
+        ----------
+        stage : whose seeds they take
+        first : the first of them, counted from the stage's own first
+
+        Returns
+        -------
+        Columns `stage`, `seed`, the factors, `repose_angle_deg` (missing where there is none), `direction_error_deg`,
+        `bond_number`, `verdict`, `id`.
+        """
+        middle = {factor.name: factor.centre for factor in self.plan.factors}
+        levels = [{name: round(float(x), 10) for name, x in {**middle, **point}.items()} for point in points]
+        cases = [
+            on_yade.case(
+                RIG,
+                contact_law=self.plan.contact_law,
+                seed=FIRST_SEED[stage] + first + k,
+                parameters=self.plan.fixed | {SYMBOLS[name]: value for name, value in level.items()},
+                conditions=self.plan.conditions,
+                numerics=self.plan.numerics,
+            )
+            for k, level in enumerate(levels)
+        ]
+        found = dispatch.run(cases, self.store, workers=self.workers, quiet=self.quiet)
+        table = pd.DataFrame(levels)
+        table.insert(0, "seed", [case["seed"] for case in cases])
+        table.insert(0, "stage", stage)
+        for name in (OBSERVABLE, "direction_error_deg", "bond_number"):
+            table[name] = pd.to_numeric(found[name], errors="coerce").to_numpy()
+        table["verdict"] = found["status"].to_numpy()
+        table["id"] = found["id"].to_numpy()
+        return table
+
+    def good(self, runs: pd.DataFrame, stage: str, least: int) -> pd.DataFrame:
+        """The heaps that gave an angle; says which did not.
+
+        Raises
+        ------
+        SimulationError : fewer than the analysis needs
+        """
+        good = runs[runs["verdict"] == "ok"]
+        lost = runs[runs["verdict"] != "ok"]
+        for _, row in lost.iterrows():
+            self.say(f"  {stage}: the heap of seed {row['seed']} gave no angle: {row['verdict']}")
+        if len(good) < least:
+            raise SimulationError(
+                f"{stage}: only {len(good)} of {len(runs)} heaps gave an angle, {least} are needed; "
+                f"first reason: {lost['verdict'].iloc[0]}"
+            )
+        return good
+
+    def keep_grains(self, point: Mapping[str, float], first: int, file: Path) -> None:
+        """A heap of the validation once more, its grains kept in `file`; stored by itself, so simulated once only."""
+        folder = self.store.resolve() / "grains"
+        folder.mkdir(parents=True, exist_ok=True)
+        os.environ[KEEP_GRAINS] = str(folder)
+        try:
+            again = replace(self, store=folder).at("validation", [point], first=first).iloc[0]
+        finally:
+            del os.environ[KEEP_GRAINS]
+        left = folder / f"{again['id']}.csv"
+        if left.exists():
+            shutil.copy(left, file)

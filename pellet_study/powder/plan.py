@@ -1,19 +1,15 @@
-"""What `calibrate` takes from a study: the seven factors of the source paper, what stays, and the angle to meet."""
+"""The plan of a powder calibration: the seven factors of the source paper, what stays, and the angle to meet."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
-import numpy as np
-from scipy.special import chdtrc, stdtrit
+from scipy.special import stdtrit
 
 from pellet_study.doe import validation
 from pellet_study.doe.answers import plain
 from pellet_study.doe.factors import Factor
-from pellet_study.errors import InputError
-from pellet_study.paper.designs import screening_factors
 from pellet_study.rigs import on_yade
-from pellet_study.study.measurements import Measurement
-from pellet_study.study.study import BELONGS_TO, SCALINGS, Study
 from yade_scripts import powder_scene
 
 RIG, OBSERVABLE = "repose", "repose_angle_deg"
@@ -39,7 +35,6 @@ DEFAULT_LAW = "cohesive_frictional"
 IDLE = {
     "cohesive_frictional": {"A": "the law has no restitution; A is an idle column, its effect an estimate of noise"}
 }
-CONTRADICTED = 1e-3  # p of the rows' scatter below which their stated sd is not believed
 
 
 @dataclass(frozen=True)
@@ -54,9 +49,9 @@ class Plan:
 
     contact_law: str
     factors: list[Factor]
-    fixed: dict
-    conditions: dict
-    numerics: dict
+    fixed: dict[str, float]
+    conditions: dict[str, Any]
+    numerics: dict[str, float]
     target: float
     sd: float
     n: int
@@ -66,6 +61,7 @@ class Plan:
 
     @property
     def margin(self) -> float:
+        """Of the equivalence test, deg."""
         return self.sd
 
     @property
@@ -84,7 +80,7 @@ class Plan:
         return self.n == 1 or stdtrit(self.freedom, 1 - level) * self.sd / self.n**0.5 < self.margin
 
     @property
-    def record(self) -> dict:
+    def record(self) -> dict[str, Any]:
         """What a decision keeps of the plan it was made for."""
         return plain(
             {
@@ -116,125 +112,10 @@ class Plan:
         return found
 
 
-def plan_of(study: Study, contact_law: str | None = None) -> Plan:
-    """The chain a study asks for.
-
-    Raises
-    ------
-    InputError : no measured repose angle, or several under different conditions, or none with a standard deviation;
-        an angle that no heap has; anything the chain cannot hold or vary as the study says
-    """
-    rows = [r for r in study.rows if r.rig == RIG and r.observable == OBSERVABLE and r.split == "fit"]
-    if not rows:
-        raise InputError(f"the measurements have no row of the rig {RIG}; calibrate needs the measured repose angle")
-    if any(dict(row.conditions) != dict(rows[0].conditions) for row in rows):
-        raise InputError("calibrate meets one repose angle, but the rows differ in their conditions; use compare")
-    if any(dict(row.parameters) != dict(rows[0].parameters) for row in rows):
-        raise InputError("calibrate meets one repose angle, but the rows differ in what is known of them; use compare")
-    known = rows[0].parameters
-    refuse_effects(study)
-    factors = []
-    for printed in screening_factors():
-        name = SYMBOLS[printed.name]
-        setting = study.parameters.get(name)
-        if name in known:
-            raise InputError(
-                f"the measurements give {name}, which calibrate varies ({printed.name} of the source paper); leave the "
-                "column out, or use compare"
-            )
-        if setting is not None and setting.free:
-            factors.append(Factor(printed.name, setting.low, setting.high, printed.unit))
-        elif setting is not None:
-            raise InputError(
-                f"study.toml fixes {name}, which calibrate varies ({printed.name} of the source paper); "
-                "give its min and max, or leave it out for the paper's range"
-            )
-        else:
-            factors.append(printed)
-    others = {
-        name: setting
-        for name, setting in study.parameters.items()
-        if name in on_yade.rig(RIG).parameters and name not in (*known, *SYMBOLS.values())
-    }
-    for name, setting in others.items():
-        if setting.free:
-            raise InputError(
-                f"study.toml gives {name} a min and max, but calibrate varies only A to G ({', '.join(SYMBOLS.values())}); "
-                f"give its value alone, {name} = {setting.value:g}, or use compare"
-            )
-    value, sd, n, freedom, remarks = measured_angle(rows)
-    if not 0 < value < 90:
-        raise InputError(f"the measured repose angle is {value:g} deg; expected one above 0 and below 90")
-    return Plan(
-        contact_law or study.contact_law or DEFAULT_LAW,
-        factors,
-        {name: setting.value for name, setting in others.items()} | dict(known),
-        dict(rows[0].conditions),
-        {"surface_energy_exponent": SCALINGS[study.surface_energy_scaling]},
-        value,
-        sd,
-        n,
-        freedom,
-        remarks,
-        own=frozenset(f.name for f in factors if SYMBOLS[f.name] in study.parameters),
-    )
-
-
-def refuse_effects(study: Study) -> None:
-    """Effects of the rig may be listed in a study only as absent: calibrate varies parameters.
-
-    Raises
-    ------
-    InputError : one is present, or its amount is free
-    """
-    for name in study.catalogue.acting(RIG):
-        effect = study.catalogue.effects[name]
-        amount = study.effects[name][effect.amount] if name in study.effects else None
-        absent = effect.neutral()[effect.amount]
-        if amount is not None and (amount.free or amount.value != absent):
-            instead = [f"{symbol} ({p})" for symbol, p in SYMBOLS.items() if BELONGS_TO.get(p) == name]
-            raise InputError(
-                f"study.toml has the effect {name}, but calibrate varies only the parameters A to G: write "
-                f"{name} = {{ {effect.amount} = {absent:g} }}"
-                + (f" and give min and max of {' and '.join(instead)}" if instead else ", or use compare")
-            )
-
-
-def measured_angle(rows: Sequence[Measurement]) -> tuple[float, float, int, int, tuple[str, ...]]:
-    """Mean of the rows (deg), standard deviation of a reading (deg), readings, its degrees of freedom, remarks.
-
-    A row is a mean of n readings, so the scatter of k rows about their mean gives that of a reading as
-    sum n (value - mean)^2 / (k - 1). It is taken where no row has an sd, and where it contradicts those stated
-    (chi-squared); else the stated ones, pooled, stand for the rows without one too.
-
-    Raises
-    ------
-    InputError : neither an sd nor rows that differ
-    """
-    n = sum(row.n for row in rows)
-    mean = sum(row.n * row.value for row in rows) / n
-    squares = sum(row.n * (row.value - mean) ** 2 for row in rows)
-    stated = [row for row in rows if row.sd is not None]
-    if not stated:
-        if squares == 0:
-            few = "the repose angle has no sd" if len(rows) == 1 else "the repose angles have no sd and are all equal"
-            raise InputError(f"{few}: calibrate takes it as the margin of the validation; give it")
-        return mean, float(np.sqrt(squares / (len(rows) - 1))), n, len(rows) - 1, ()
-    sd = float(np.sqrt(sum(row.n * row.sd**2 for row in stated) / sum(row.n for row in stated)))
-    if len(rows) > 1 and chdtrc(len(rows) - 1, squares / sd**2) < CONTRADICTED:
-        wider = float(np.sqrt(squares / (len(rows) - 1)))
-        remark = (
-            f"the measured angles contradict their sd of {sd:g} deg: they scatter as readings with an sd of {wider:.2g} deg, "
-            "which is taken, as the margin too"
-        )
-        return mean, wider, n, len(rows) - 1, (remark,)
-    return mean, sd, n, sum(row.n - 1 for row in stated), ()
-
-
-def differences(there: Mapping, here: Mapping) -> list[str]:
+def differences(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:
     """What two plans do not share, in words."""
 
-    def shown(value) -> str:
+    def shown(value: object) -> str:
         return "not given" if value is None else " to ".join(map(str, value)) if isinstance(value, list) else str(value)
 
     found = []

@@ -5,27 +5,27 @@ from collections.abc import Mapping
 import numpy as np
 import pandas as pd
 
-from pellet_study.doe import box_behnken
+from pellet_study.doe import box_behnken, plackett_burman
 from pellet_study.doe.design_table import DesignTable, code_design
 from pellet_study.doe.factors import Factor
 from pellet_study.paper import printed as paper
+from pellet_study.powder.decisions import Surface
 from pellet_study.powder.plan import OBSERVABLE, SYMBOLS, Plan
 
 ANGLE = "repose angle"
 
 
-# ------------------------------------------------------------------------------------------------------------ parts
 def table_of(runs: pd.DataFrame, factors: list[Factor]) -> DesignTable:
     """The runs as a design table in the factors given, the angle under the name that figures show."""
     frame = runs[[f.name for f in factors] + [OBSERVABLE]].reset_index(drop=True)
     return code_design(frame.rename(columns={OBSERVABLE: ANGLE}), factors, source="runs.csv")
 
 
-def surface_of(runs: pd.DataFrame, decision: Mapping, units: Mapping[str, str]):
+def surface_of(runs: pd.DataFrame, decision: Surface, units: Mapping[str, str]) -> box_behnken.Surface:
     """The Box-Behnken surface of the box that a decision chose, of the runs there that gave an angle."""
-    chosen = decision.get("chosen_box", runs["box"].max())
+    chosen = runs["box"].max() if decision.chosen_box is None else decision.chosen_box
     there = runs[(runs["box"] == chosen) & (runs["verdict"] == "ok")]
-    factors = [Factor(name, *levels, units.get(name, "-")) for name, levels in decision["box"].items()]
+    factors = [Factor(name, low, high, units.get(name, "-")) for name, (low, high) in decision.box.items()]
     return box_behnken.analyse(table_of(there, factors))
 
 
@@ -37,14 +37,18 @@ def scatter(runs: pd.DataFrame) -> float | None:
     return float(np.sqrt(sum((len(g) - 1) * g.var(ddof=1) for g in groups) / freedom)) if groups else None
 
 
-def effects_table(plan: Plan, found, errors: dict) -> pd.DataFrame:
+def effects_table(plan: Plan, found: plackett_burman.Screening, errors: Mapping[str, float]) -> pd.DataFrame:
     """Our effects with their standard errors beside the paper's Table 8, sign by sign."""
     printed = {name: float(cells["Stdized effects"]) for name, cells in paper.printed_cells(8).items()}
     rows = []
     for name, effect in found.effects.items():
         clear = abs(effect) > 2 * errors[name]
-        same = np.sign(effect) == np.sign(printed[name])
         note = plan.idle.get(name, "")
+        sign = "as the paper" if np.sign(effect) == np.sign(printed[name]) else "opposite"
+        if note:
+            sign = "not represented"
+        elif not clear:
+            sign = "not clear"
         rows.append(
             {
                 "factor": name,
@@ -53,18 +57,14 @@ def effects_table(plan: Plan, found, errors: dict) -> pd.DataFrame:
                 "p": found.p[name],
                 "beyond_two_errors": clear,
                 "paper_effect_deg": printed[name],
-                "sign": "not represented"
-                if note
-                else ("as the paper" if same else "opposite")
-                if clear
-                else "not clear",
+                "sign": sign,
                 "note": note,
             }
         )
     return pd.DataFrame(rows)
 
 
-def coefficients_table(found) -> pd.DataFrame:
+def coefficients_table(found: box_behnken.Surface) -> pd.DataFrame:
     """Our coefficients in coded units with standard errors, beside the paper's equation 4 where it has the term."""
     printed = paper.tables()["equations"]["4"]
     theirs = dict(zip(printed["terms"], printed["coefs"], strict=True))

@@ -1,4 +1,129 @@
-"""Does the setting give the measured angle? New heaps, and a test of equivalence."""
+"""The validation: does the setting give the measured angle? New heaps, and a test of equivalence."""
+
+from collections.abc import Mapping
+from dataclasses import asdict
+
+import numpy as np
+import pandas as pd
+from scipy.special import stdtrit
+
+from pellet_study.doe import validation
+from pellet_study.powder.decisions import Attempt, Optimum, Validation
+from pellet_study.powder.heaps import SEEDS_A_TRY, SEEDS_OF_READ, Heaps, lost_of, point_at
+from pellet_study.powder.plan import OBSERVABLE, bond
+from pellet_study.powder.results import Results
+from pellet_study.powder.surface import refitted
 
 LEAST_GAIN = 0.1  # share of what the heaps miss below which a correction inside the box is not worth new heaps
 ALPHA = 0.05  # of the equivalence test, over all settings that are validated
+
+
+def validate(heaps: Heaps, results: Results) -> Validation:
+    """Heaps at the optimum with seeds nobody has used: is their mean the measured angle?
+
+    Where that is not shown, the setting is corrected along the surface's gradient by what is missing, and validated
+    anew with other seeds. Both attempts stay in the table and in the decision; the last one counts. There is no
+    second one where the box has nothing nearer to the target along that gradient, nor where the measured angle is known so
+    badly that no heaps can show equivalence and the heaps do not differ from it.
+    """
+    point, nothing_nearer = chosen(results), False
+    tables: list[pd.DataFrame] = []
+    attempts: list[Attempt] = []
+    results.margin.parent.mkdir(parents=True, exist_ok=True)
+    validation.declare_margin(results.margin, heaps.plan.margin, "deg")
+    first = SEEDS_OF_READ if results.read_setting else 0
+    while True:
+        runs = enough_heaps(heaps, point, first + SEEDS_A_TRY * len(attempts))
+        tables.append(runs.assign(attempt=len(attempts)))
+        results.write_table("validation", "runs", pd.concat(tables, ignore_index=True))
+        attempts.append(judged(heaps, results, runs, point))
+        if attempts[-1].equivalent or len(attempts) == heaps.sizes.attempts:
+            break
+        if not attempts[-1].attainable and attempts[-1].p_difference > ALPHA:
+            break
+        better = corrected(heaps, results, point, attempts[-1].mean_deg)
+        if nothing_nearer := better is None:
+            break
+        point = better
+    whole = int((runs["verdict"] == "ok").idxmax())  # the first that gave an angle
+    heaps.keep_grains(point, first + SEEDS_A_TRY * (len(attempts) - 1) + whole, results.grains)
+    decision = Validation(**asdict(attempts[-1]), attempts=attempts, nothing_nearer=nothing_nearer)
+    results.write_decision("validation", decision)
+    return decision
+
+
+def chosen(results: Results) -> dict[str, float]:
+    """The setting to validate: the optimum; where it is read from another chain, what that chain's validation left."""
+    other = results.read_setting
+    if other is not None and (other / "validation" / "decision.json").exists():
+        validated: Validation = results.checked(other, "validation")
+        return validated.point
+    best: Optimum = results.decision("optimum")
+    return best.point
+
+
+def enough_heaps(heaps: Heaps, point: Mapping[str, float], first: int) -> pd.DataFrame:
+    """As many heaps at a setting as the wanted standard error of their mean needs.
+
+    It stops once their scatter so far is small enough, sooner where that happens to come out small: the standard error
+    is then a little too small, and so is the chance stated of passing a setting just outside the margin.
+    """
+    sizes, number = heaps.sizes, heaps.sizes.fewest
+    while True:
+        runs = heaps.at("validation", [point] * number, first=first)
+        good = runs.loc[runs["verdict"] == "ok", OBSERVABLE]
+        error = float(good.std(ddof=1) / np.sqrt(len(good))) if len(good) > 1 else np.inf
+        if error <= sizes.wanted_error or number >= sizes.most:
+            return runs
+        more = number * (error / sizes.wanted_error) ** 2
+        number = int(min(sizes.most, max(number + 1, np.ceil(more)))) if np.isfinite(more) else sizes.most
+
+
+def judged(heaps: Heaps, results: Results, runs: pd.DataFrame, point: Mapping[str, float]) -> Attempt:
+    """The mean of heaps at a setting against the measured angle."""
+    plan, level = heaps.plan, ALPHA / heaps.sizes.attempts
+    good = heaps.good(runs, "validation", 2)[OBSERVABLE]
+    target = plan.target
+    tested = validation.equivalence(validation.sample_of(good), plan.measured, plan.margin, alpha=level)
+    mean, error = float(good.mean()), float(good.std(ddof=1) / np.sqrt(len(good)))
+    half = float(stdtrit(len(good) - 1, 0.975) * error)
+    best: Optimum = results.decision("optimum")
+    return Attempt(
+        mean_deg=mean,
+        sd_deg=float(good.std(ddof=1)),
+        standard_error_deg=error,
+        interval_deg=[mean - half, mean + half],
+        heaps=len(runs),
+        lost=lost_of(runs),
+        measured_deg=target,
+        error_percent=100 * abs(mean - target) / target,
+        error_interval_percent=[100 * (mean - half - target) / target, 100 * (mean + half - target) / target],
+        margin_deg=plan.margin,
+        p_tost=tested.p,
+        equivalent=tested.equivalent,
+        p_difference=tested.p_difference,
+        attainable=plan.attainable(level),
+        point=dict(point),
+        factors=best.factors,
+        outside=plan.outside(point),
+        bond_number=bond(plan, point["G"]),
+    )
+
+
+def corrected(heaps: Heaps, results: Results, point: Mapping[str, float], mean: float) -> dict[str, float] | None:
+    """The setting moved along the surface's gradient by what its heaps miss; None where the box leaves no way."""
+    fitted = refitted(results)
+    factors = fitted.table.factors
+    coded = np.array([f.coded(point[f.name]) for f in factors])
+    gradient = np.ravel(fitted.model.gradient(coded))
+    miss = heaps.plan.target - mean
+    better = np.clip(coded + miss * gradient / (gradient @ gradient), -1, 1)
+    if np.sign(miss) * gradient @ (better - coded) < LEAST_GAIN * abs(miss):
+        heaps.say(
+            f"  validation: {mean:.2f} deg is not shown to be the measured angle, but along the gradient the box has nothing nearer: it is not corrected"
+        )
+        return None
+    heaps.say(
+        f"  validation: {mean:.2f} deg is not shown to be the measured angle; the setting is corrected and validated anew"
+    )
+    return {**point, **point_at(factors, better)}

@@ -13,7 +13,7 @@ from yade_scripts import case as case_file
 
 # Numerics that a law needs in a rig where the rig's own default is another law's: a dense fill of Mindlin contacts gives wrong
 # angles, or blows up, at 0.18 of the Rayleigh step (docs/heap_checks.md).
-OF_LAW = {("repose", "hertz_mindlin"): {"time_step_fraction": 0.09}}
+OF_LAW = {("repose", law): {"time_step_fraction": 0.09} for law in ("hertz_mindlin", "cohesive_frictional_restitution")}
 
 
 @cache

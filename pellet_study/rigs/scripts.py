@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import yade_scripts
+from yade_scripts.effects import acting_in
 
 SCRIPTS = Path(yade_scripts.__file__).resolve().parent
 
@@ -35,9 +36,11 @@ def scene(file: Path) -> tuple[str, set[str]] | None:
 
 
 def imported(source: bytes) -> list[Path]:
-    """Files of yade_scripts that a script's import statements name."""
+    """Files of yade_scripts that a script's imports name, and the effects that it finds by their declarations."""
     found: list[Path] = []
     for node in ast.walk(ast.parse(source)):
+        if isinstance(node, ast.Call) and isinstance(node.func, ast.Name) and node.func.id == "acting_in":
+            found += [Path(str(effect.__file__)) for effect in acting_in(*map(ast.literal_eval, node.args))]
         if isinstance(node, ast.ImportFrom) and node.module and node.module.split(".")[0] == "yade_scripts":
             folder = SCRIPTS.joinpath(*node.module.split(".")[1:])
             found += [folder.with_suffix(".py"), *(folder / f"{alias.name}.py" for alias in node.names)]

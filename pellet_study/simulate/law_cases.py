@@ -7,6 +7,7 @@ from itertools import product
 from pellet_study.rigs.on_yade import case, rig
 
 MINDLIN, COHESIVE = "hertz_mindlin", "cohesive_frictional"
+RESTITUTION = "cohesive_frictional_restitution"
 BOTH = (MINDLIN, COHESIVE)
 CHECKS = (
     "restitution",
@@ -20,6 +21,12 @@ CHECKS = (
     "free_spin",
     "clump_restitution",
     "clump_sliding",
+    "grain_impact",
+    "grain_sticking",
+    "grain_pull_off",
+    "grain_limits",
+    "grain_energy",
+    "grain_and_wall",
 )
 Values = Mapping[str, tuple[float, ...]]
 
@@ -53,6 +60,8 @@ NO_DAMPING = {DAMPING: (0.0,)}
 STICKY = {"powder_powder_surface_energy_j_m2": (0.05,), "powder_steel_surface_energy_j_m2": (0.01,)}
 SWAPPED = {"powder_powder_restitution": (0.6,), "powder_steel_restitution": (0.3,)}
 SPRINGS, MU_RS, SHORT = (0.2, 0.02, 0.002), (0.005, 0.05, 0.25), (0.2, 0.002)
+STIFF, APART, LOAD, ADHESION_LOAD = "stiffness_scale", "apart_mm_s", "load_n", "adhesion_load"
+SOFTER = (0.01, 0.1, 1.0)
 
 SWEEPS = (
     Sweep(
@@ -125,6 +134,38 @@ SWEEPS = (
         (MINDLIN,),
         {SEED_E: (0.05, 0.1, 0.25, 0.5), TOUCHING: (1.0, 2.0, 6.0), STEP: (0.05,)},
         None,
+    ),
+    Sweep(
+        "grain_impact",
+        (RESTITUTION,),
+        {E: (0.05, 0.15, 0.3, 0.5, 0.7, 0.9), V: (0.05, 0.2, 1.0), GAMMA: (0.0, 0.2)},
+        {E: (0.15, 0.5), V: (0.2,)},
+    ),
+    Sweep("grain_sticking", (RESTITUTION,), {E: (0.3,), STIFF: SOFTER}, None),
+    Sweep("grain_sticking", (RESTITUTION,), {E: (0.05, 0.15, 0.3, 0.5, 0.9)}, {E: (0.15,)}),
+    Sweep("grain_pull_off", (RESTITUTION,), {E: (0.3,), APART: (1.0,), STIFF: SOFTER}, None),
+    Sweep("grain_pull_off", (RESTITUTION,), {E: (0.05, 0.15, 0.5, 0.9), APART: (1.0, 50.0)}, {E: (0.15,)}),
+    Sweep("grain_pull_off", (RESTITUTION,), {E: (0.3,), ADHESION_LOAD: (1.25, 4.0)}, None),
+    Sweep("grain_limits", (RESTITUTION,), {E: (0.3,), GAMMA: (0.2,), STIFF: SOFTER}, None),
+    Sweep("grain_limits", (RESTITUTION,), {E: (0.15,), GAMMA: (0.0,), LOAD: (1e-3, 5e-3)}, {LOAD: (1e-3,)}),
+    Sweep(
+        "grain_limits",
+        (RESTITUTION,),
+        {E: (0.15,), GAMMA: (0.1, 0.3), LOAD: (-1e-4, 0.0, 1e-3, 5e-3)},
+        {GAMMA: (0.1,), LOAD: (1e-3,)},
+    ),
+    Sweep("grain_limits", (RESTITUTION,), {E: (0.3,), GAMMA: (0.2,), ADHESION_LOAD: (1.25, 4.0)}, None),
+    Sweep(
+        "grain_energy",
+        (RESTITUTION,),
+        {E: (0.05, 0.15, 0.9), "aslant_deg": (0.0, 35.0, 70.0), GAMMA: (0.0, 0.2)},
+        {E: (0.15,)},
+    ),
+    Sweep(
+        "grain_and_wall",
+        (RESTITUTION,),
+        {"steel_restitution": (0.15, 0.6), E: (0.15, 0.6), GAMMA: (0.0, 0.2)},
+        {"steel_restitution": (0.15,), E: (0.15,)},
     ),
 )  # fmt: skip
 

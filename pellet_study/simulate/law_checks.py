@@ -52,7 +52,7 @@ def table(rows: pd.DataFrame) -> pd.DataFrame:
             own, reason = cannot.get(observable, (None, NO_REASON))
             compared = [(requested, "")] if own is None else [(requested, ""), (own, f"instead: {reason}")]
             for wanted, remark in compared:
-                line = _line(wanted, measured, observable)
+                line = _line(wanted, measured, observable, getattr(module, "TOLERANCE", {}).get(observable))
                 if row["status"] != "ok":
                     remark = row["status"]
                 elif not line["within"]:
@@ -83,10 +83,11 @@ def _setting(row: dict, rig: Rig, names: tuple[str, ...]) -> str:
     return ", ".join(f"{name} {row[name]:g}" for name in shown)
 
 
-def _line(requested: float, measured: float, observable: str) -> dict:
-    """One comparison."""
+def _line(requested: float, measured: float, observable: str, own: tuple[float, float] | None = None) -> dict:
+    """One comparison; `own` is the check's own tolerance, relative and absolute."""
     floor = ABSOLUTE_TOLERANCE if "restitution" in observable or requested == 0 else 0.0
-    tolerance = max(RELATIVE_TOLERANCE * abs(requested), floor)
+    relative, floor = own or (RELATIVE_TOLERANCE, floor)
+    tolerance = max(relative * abs(requested), floor)
     difference = measured - requested
     return {
         "requested": requested,

@@ -26,7 +26,12 @@ KEYS = (
     "effort",
 )
 LARGEST = 1_000_000  # bytes
-CONTACT_LAWS = ("hertz_mindlin", "cohesive_frictional")
+CONTACT_LAWS = (
+    "hertz_mindlin",
+    "cohesive_frictional",
+    "cohesive_frictional_local_damping",
+    "cohesive_frictional_restitution",
+)
 EFFORT = (0.5, 100.0)  # simulations of the rigs on YADE, as a multiple of the least that answers
 
 

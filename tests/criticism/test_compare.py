@@ -7,8 +7,9 @@ import pytest
 
 from pellet_study.challenge import trials, twins
 from pellet_study.criticism.calibration import EXCESS, fit_study
-from pellet_study.criticism.cell_means import CellMeans, pooled_sd
+from pellet_study.criticism.cell_means import CellMeans
 from pellet_study.criticism.compare import compare
+from pellet_study.criticism.scatter import pooled_sd
 from pellet_study.criticism.score_tests import exceedance, largest_null, standardised
 from pellet_study.criticism.text import comparison_page
 from pellet_study.rigs import Acting, catalogue
@@ -179,7 +180,7 @@ def test_scatter_of_few_readings_is_pooled_unless_it_truly_differs(tmp_path):
 
 def of_rigs(group: tuple[int, ...], group_dof: tuple[int, ...]) -> CellMeans:
     n = len(group)
-    return CellMeans(np.arange(n), np.ones(n), np.ones(n), np.ones(n), sum(group_dof), 0.0, 0, (), group, group_dof)
+    return CellMeans(np.arange(n), np.ones(n), np.ones(n), np.ones(n), sum(group_dof), 0.0, (), group, group_dof)
 
 
 def test_a_score_is_in_errors_that_readings_and_residuals_tell_together():

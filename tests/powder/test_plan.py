@@ -10,7 +10,9 @@ import pytest
 from pellet_study.__main__ import main
 from pellet_study.commands import calibrate
 from pellet_study.errors import InputError
-from pellet_study.powder import plan as powder_plan
+from pellet_study.paper.designs import screening_factors
+from pellet_study.powder.from_study import plan_of
+from pellet_study.powder.plan import SYMBOLS, Plan, bond
 from pellet_study.rigs import on_yade
 from pellet_study.study import load
 from tests import ROOT
@@ -24,10 +26,10 @@ ANGLE = "rig,observable,value,sd\nrepose,repose_angle_deg,41.69,0.79\n"
 def plan(tmp_path):
     """The plan of a study with given files."""
 
-    def of(toml: str = "", measurements: str = ANGLE) -> powder_plan.Plan:
+    def of(toml: str = "", measurements: str = ANGLE) -> Plan:
         (tmp_path / "study.toml").write_text(toml)
         (tmp_path / "measurements.csv").write_text(measurements)
-        return powder_plan.plan_of(load(tmp_path))
+        return plan_of(load(tmp_path))
 
     return of
 
@@ -97,8 +99,8 @@ def test_the_study_of_the_walk_through_is_one_that_calibrate_takes(plan):
     files = {step["file"]: step["content"] for step in STEP.finditer(text) if step["file"]}
     found = plan(files["powder/study.toml"], files["powder/measurements.csv"])
     assert found.own == {"B", "C", "G"} and found.fixed == {"powder_density_kg_m3": 1650.0}
-    for symbol, name in powder_plan.SYMBOLS.items():
-        printed = next(f for f in powder_plan.screening_factors() if f.name == symbol)
+    for symbol, name in SYMBOLS.items():
+        printed = next(f for f in screening_factors() if f.name == symbol)
         (row,) = (line for line in text.splitlines() if line.startswith(f"| {symbol} |"))
         assert f"`{name}`" in row and f"{printed.low:g} to {printed.high:g}" in row
     for command in re.findall(r"^    pellet-study calibrate (.*?)(?: +#.*)?$", text, flags=re.MULTILINE):
@@ -171,17 +173,17 @@ def test_the_bond_number_is_the_rigs(plan):
     found = plan()
     other = "rig,observable,value,sd,amplification\nrepose,repose_angle_deg,40,1,12\n"
     keeps, lets = plan("", other), plan('surface_energy_scaling = "none"\n', other)
-    six = powder_plan.bond(found, 0.2)
+    six = bond(found, 0.2)
     assert six == pytest.approx(3.74, abs=0.01)  # 1.87 at 0.1 J/m2 and R = 1.294 mm
-    assert powder_plan.bond(keeps, 0.2) == pytest.approx(six, rel=1e-12)
-    assert powder_plan.bond(lets, 0.2) == pytest.approx(six / 4, rel=1e-12)  # 1/R2
+    assert bond(keeps, 0.2) == pytest.approx(six, rel=1e-12)
+    assert bond(lets, 0.2) == pytest.approx(six / 4, rel=1e-12)  # 1/R2
     lighter = plan("[parameters]\npowder_density_kg_m3 = 916.5\n")
-    assert powder_plan.bond(lighter, 0.2) == pytest.approx(2 * six, rel=1e-12)
+    assert bond(lighter, 0.2) == pytest.approx(2 * six, rel=1e-12)
 
 
 @pytest.mark.skipif(not (FULL / "runs.csv").exists(), reason="no heap of results/full is committed yet")
 def test_the_bond_number_is_that_of_the_committed_heaps():
-    found = powder_plan.plan_of(load(FULL))
+    found = plan_of(load(FULL))
     runs = pd.read_csv(FULL / "runs.csv")
     for row in runs[runs["verdict"] == "ok"].itertuples():
-        assert powder_plan.bond(found, row.G) == pytest.approx(row.bond_number, rel=1e-9)
+        assert bond(found, row.G) == pytest.approx(row.bond_number, rel=1e-9)

@@ -9,11 +9,17 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from pellet_study.doe import box_behnken
+from pellet_study.doe.factors import Factor
 from pellet_study.errors import InputError
-from pellet_study.paper import designs, results
 from pellet_study.paper import printed as paper
+from pellet_study.paper import results as paper_results
+from pellet_study.powder.decisions import Attempt, Climb, Screening, Surface, Validation
+from pellet_study.powder.from_study import plan_of
+from pellet_study.powder.results import Results
+from pellet_study.powder.tables import table_of
 from pellet_study.report import page
-from pellet_study.study import history
+from pellet_study.study import history, load
 from tests import ROOT
 from tests.helpers.browser import WIDTHS, chromium, inspect
 from tests.helpers.make_study import command, folder, incline
@@ -148,31 +154,43 @@ def chain_folder(study: Path) -> Path:
     study.mkdir()
     (study / "study.toml").write_text('title = "Powder"\n')
     (study / "measurements.csv").write_text("rig,observable,value,sd,n\nrepose,repose_angle_deg,41.69,0.79,3\n")
-    ranges = designs.screening_factors()
 
     def leave(stage, runs, decision):
         (study / stage).mkdir()
         runs.assign(stage=stage, direction_error_deg=0.3, verdict="ok").to_csv(study / stage / "runs.csv", index=False)
-        (study / stage / "decision.json").write_text(json.dumps(decision))
+        results.write_decision(stage, decision)
 
+    plan = plan_of(load(study))
+    results = Results(plan, study)
     printed = paper.table(7).drop(columns="No.")
-    runs = pd.DataFrame({f.name: f.physical(printed[f.name]) for f in ranges})
-    leave("screening", runs.assign(repose_angle_deg=printed.iloc[:, -1]), {"factors": ["B", "C", "G"], "clear": ["C"]})
-    path = results.climb()[0]
-    centre = {"B": 0.86, "C": 0.29, "G": 0.14}
-    leave(
-        "climb",
-        path.points.assign(repose_angle_deg=path.predicted),
-        {"factors": ["B", "C", "G"], "centre": centre, "reached": True},
-    )
+    runs = pd.DataFrame({f.name: f.physical(printed[f.name]) for f in plan.factors})
+    screened = Screening(factors=["B", "C", "G"], clear=["C"], coefficients={}, heaps=len(runs), lost=0)
+    leave("screening", runs.assign(repose_angle_deg=printed.iloc[:, -1]), screened)
+    path = paper_results.climb()[0]
     box = {"B": [0.9, 0.82], "C": [0.25, 0.33], "G": [0.1, 0.18]}
+    centre = {"B": 0.86, "C": 0.29, "G": 0.14}
+    climbed = Climb(
+        factors=["B", "C", "G"], centre=centre, reached=True, box=box, heaps=len(path.points), lost=0, moves=0
+    )
+    leave("climb", path.points.assign(repose_angle_deg=path.predicted), climbed)
     printed = paper.table(12).drop(columns="No.")
     runs = pd.DataFrame({n: (a + b) / 2 + printed[n] * (b - a) / 2 for n, (a, b) in box.items()})
-    leave("surface", runs.assign(box=0, repose_angle_deg=printed.iloc[:, -1]), {"box": box})
-    decision = {
-        "mean_deg": 41.3, "standard_error_deg": 0.2, "interval_deg": [40.8, 41.8], "measured_deg": 41.69, "error_percent": 0.94,
-        "error_interval_percent": [-2.1, 0.3], "margin_deg": 0.79, "p_tost": 0.03, "equivalent": True,
+    runs = runs.assign(box=0, repose_angle_deg=printed.iloc[:, -1])
+    fitted = box_behnken.analyse(table_of(runs, [Factor(n, *levels) for n, levels in box.items()]))
+    surface = Surface(
+        box=box, boxes=[box], chosen_box=0, coefficients=fitted.model.coefficients,
+        standard_errors=fitted.model.standard_errors, r2=fitted.r2, r2_adjusted=fitted.r2_adjusted,
+        r2_predicted=fitted.r2_predicted, lack_of_fit_p=fitted.lack_of_fit_p, reachable=True,
+        heaps=len(runs), lost=0, box_runs=len(runs),
+    )  # fmt: skip
+    leave("surface", runs, surface)
+    attempt = {
+        "mean_deg": 41.3, "sd_deg": 0.3, "standard_error_deg": 0.2, "interval_deg": [40.8, 41.8], "measured_deg": 41.69,
+        "error_percent": 0.94, "error_interval_percent": [-2.1, 0.3], "margin_deg": 0.79, "p_tost": 0.03,
+        "equivalent": True, "p_difference": 0.1, "heaps": 3, "lost": 0, "point": centre, "factors": ["B", "C", "G"],
+        "bond_number": 3.0,
     }  # fmt: skip
+    decision = Validation(**attempt, attempts=[Attempt(**attempt)])
     leave("validation", pd.DataFrame({"repose_angle_deg": [41.0, 41.3, 41.6]}), decision)
     rng = np.random.default_rng(0)
     place = rng.uniform((-1, -1, 0), (1, 1, 0.9), (9000, 3))

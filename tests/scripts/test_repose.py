@@ -12,6 +12,8 @@ from pellet_study.simulate import dispatch
 from tests import HELPERS
 from yade_scripts import contacts, powder_scene
 
+pytestmark = pytest.mark.yade
+
 LAWS = ("cohesive_frictional", "hertz_mindlin")
 OWN = {  # the constant each parameter moves
     "powder_restitution": "powder_damping",

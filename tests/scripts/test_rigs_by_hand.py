@@ -11,6 +11,8 @@ import pytest
 from pellet_study.rigs import on_yade, scripts
 from yade_scripts import case as case_file
 
+pytestmark = pytest.mark.yade
+
 SCRIPTS = Path(scripts.SCRIPTS)
 
 

@@ -17,6 +17,8 @@ from pellet_study.simulate import dispatch, local, yade
 from tests import HELPERS
 from tests.helpers.listening import listening
 
+pytestmark = pytest.mark.yade
+
 NONE, ABORT, HANG, NAN, EXCEPTION, REFUSED, EXIT, QUIET, EMPTY, TYPO = range(10)
 
 
