@@ -242,3 +242,36 @@ def test_names_that_no_font_has_are_said_in_words(monkeypatch):
     assert [shown(name) for name in names] == ["factor 1 (min)", "A", "factor 3"] and shown(response) == "response (%)"
     assert shown("时间/min*温度^2") == "factor 1 (min)*factor 3^2"
     assert "时间/min" in labels.degraded(names, response)[0] and not labels.degraded(["A"], "y")
+
+
+def test_a_font_that_has_the_letters_is_used(tmp_path):
+    from fontTools.fontBuilder import FontBuilder
+    from fontTools.pens.ttGlyphPen import TTGlyphPen
+    from matplotlib.font_manager import fontManager
+
+    pen = TTGlyphPen(None)
+    pen.moveTo((0, 0)), pen.lineTo((0, 700)), pen.lineTo((500, 700)), pen.closePath()
+    builder = FontBuilder(1000)
+    builder.setupGlyphOrder([".notdef", "box"])
+    builder.setupCharacterMap({ord(letter): "box" for letter in "时间温度产率"})
+    builder.setupGlyf({".notdef": pen.glyph(), "box": pen.glyph()})
+    builder.setupHorizontalMetrics({".notdef": (600, 0), "box": (600, 0)})
+    builder.setupHorizontalHeader(ascent=800, descent=-200)
+    builder.setupNameTable({"familyName": "Noto Sans CJK SC", "styleName": "Regular"})
+    builder.setupOS2(), builder.setupPost()
+    builder.save(tmp_path / "some.ttf")
+    caches, before = (labels.fonts.families, labels.fonts._faces, labels.fonts._has), list(fontManager.ttflist)
+    try:
+        fontManager.addfont(tmp_path / "some.ttf")
+        for cache in caches:
+            cache.cache_clear()
+        with warnings.catch_warnings():
+            warnings.simplefilter("error")
+            first, second = drawn("chinese_header.csv", 5)
+            first.canvas.draw(), second.canvas.draw()
+        assert first.axes[0].get_xlabel() == "时间/min" and second.axes[0].get_xlabel() == "observed 产率/%"
+        assert not labels.degraded(["时间/min"], "产率/%")
+    finally:
+        fontManager.ttflist[:] = before
+        for cache in caches:
+            cache.cache_clear()
