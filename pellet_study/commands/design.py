@@ -1,6 +1,7 @@
 """`pellet-study design`: judge a design, extend it, mend it, and say how many runs it takes."""
 
 import argparse
+from collections.abc import Sequence
 from pathlib import Path
 
 from pellet_study.commands.design_tables import save_sheet, warn
@@ -195,7 +196,7 @@ def _repair(arguments, table) -> dict:
     return answer
 
 
-def _extend(arguments, table, added, command: str, others: list[str] = (), surface: list[str] = ()) -> dict:
+def _extend(arguments, table, added, command: str, others: Sequence[str] = (), surface: Sequence[str] = ()) -> dict:
     """Write the table with the runs added; what is done with it next."""
     import shlex
 

@@ -6,6 +6,7 @@ Montgomery, Design and Analysis of Experiments, 8th ed., Wiley 2013, ch. 5 and 1
 levels, type III sums of squares where the runs are unbalanced.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -99,9 +100,9 @@ def analyse_levels(
     codes: dict[str, pd.Series],
     levels: dict[str, tuple[str, ...]],
     response: pd.Series,
-    blocks: list[Block] = (),
+    blocks: Sequence[Block] = (),
     alpha: float = 0.05,
-    notes: list[str] = (),
+    notes: Sequence[str] = (),
 ) -> LevelAnalysis:
     r"""Main-effects model :math:`y = \mu + \sum b_i x_i + \sum \tau_{j,l(j)}`, :math:`\sum_l \tau_{jl} = 0`.
 

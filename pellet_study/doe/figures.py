@@ -237,7 +237,7 @@ def _surface_legend(figure, found: TargetSet | None, unit: str, lowest: float, h
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    handles = [
+    handles: list = [
         Line2D([], [], marker="o", color="white", markeredgecolor="black", linestyle="", label="runs (projected)")
     ]
     if found is not None:

@@ -53,9 +53,8 @@ def cubes(frame: pd.DataFrame) -> dict[str, tuple[float, float]]:
         sizes = np.abs(inner)
         if np.ptp(sizes) > LEVEL_TOLERANCE * sizes.max() or np.abs(outer).min() < sizes.max() * 1.02:
             return {}
-        found[name] = tuple(
-            float(np.median(values[cube & off[:, i] & (sign * places[:, i] > 0), i])) for sign in (-1, 1)
-        )
+        low, high = (float(np.median(values[cube & off[:, i] & (sign * places[:, i] > 0), i])) for sign in (-1, 1))
+        found[name] = (low, high)
     return found
 
 

@@ -244,7 +244,8 @@ def _extents(surface: Surface, sample, distance, target: float) -> list[Extent]:
 
 
 def _extent(factor, ends) -> Extent:
-    return Extent(factor.name, tuple(ends), tuple(float(factor.physical(end)) for end in ends))
+    low, high = ends
+    return Extent(factor.name, (low, high), (float(factor.physical(low)), float(factor.physical(high))))
 
 
 def _ends(surface: Surface, points, i: int, sign: int, target: float, uncertainty: float = 0.0) -> list[float]:

@@ -131,7 +131,7 @@ def _positions(runs: np.ndarray, n_factors: int) -> tuple[np.ndarray, int]:
     classes = [_groups(text) for text in CLASSES[n_factors].split("|")]
     seen: dict[tuple, int] = {}
     for i, run in enumerate(runs):
-        key = tuple(np.flatnonzero(run))
+        key = tuple(map(int, np.flatnonzero(run)))
         places = [k for k, groups in enumerate(classes, start=1) if key in map(lambda g: tuple(sorted(g)), groups)]
         found[i] = places[seen.get(key, 0) // 2**size % len(places)]
         seen[key] = seen.get(key, 0) + 1

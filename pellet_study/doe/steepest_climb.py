@@ -274,7 +274,8 @@ def turning(runs: pd.DataFrame, target: float | None = None, ascend: bool = True
         next_factors=[
             Factor(
                 name,
-                *rounded(levels[best, i] + step[i] * np.array([-1, 1]), np.abs(levels[:, i]).max()).tolist(),
+                float(rounded(levels[best, i] - step[i], np.abs(levels[:, i]).max())),
+                float(rounded(levels[best, i] + step[i], np.abs(levels[:, i]).max())),
                 (units or {}).get(name, ""),
             )
             for i, name in enumerate(names)

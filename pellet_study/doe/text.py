@@ -172,9 +172,9 @@ def _alias_text(screening: Screening) -> str:
             f"{max(shares, default=0):.3g}"
         )
     lines = ["aliases: each effect also carries these shares of two-factor interactions"]
-    for name, shares in screening.aliases.items():
+    for name, of_pairs in screening.aliases.items():
         groups: dict[str, list[str]] = {}
-        for pair, share in shares.items():
+        for pair, share in of_pairs.items():
             groups.setdefault(f"{share:+.3g}", []).append(pair)
         words = "; ".join(f"{share} of {', '.join(pairs)}" for share, pairs in groups.items())
         lines.append(f"  {name}: {words or 'none'}")
