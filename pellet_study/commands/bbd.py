@@ -6,6 +6,7 @@ from pathlib import Path
 from pellet_study.commands.design_tables import (
     add_making_arguments,
     add_table_arguments,
+    again,
     check_arguments,
     kept,
     warn,
@@ -110,8 +111,8 @@ def run(arguments: argparse.Namespace) -> dict:
     warn(warnings)
     if arguments.figures:
         answer["figures"] = _figures(arguments, used, found)
-    after = "--target ANGLE" if arguments.target is None else "--target ... --verify RUNS"
-    done(kept(arguments), None if arguments.verify else f"bbd {arguments.table} {after}")
+    after = "--target VALUE" if arguments.target is None else "--target ... --verify RUNS"
+    done(kept(arguments), None if arguments.verify else f"bbd {again(arguments)} {after}")
     return answer
 
 
@@ -171,8 +172,10 @@ def _predict(arguments, surface, answer: dict, warnings: list[str], parts: list[
     from pellet_study.doe import answers, text
     from pellet_study.doe.factors import parse_levels
     from pellet_study.doe.linear_model import interval
+    from pellet_study.tables.headers import found_in
 
     levels = parse_levels(arguments.predict)
+    levels = {found_in(name, surface.table.names) or name: level for name, level in levels.items()}
     missing = set(surface.table.names) ^ set(levels)
     if missing:
         raise InputError(
@@ -233,12 +236,14 @@ def _readings(text: str) -> list[float]:
 
 def _figures(arguments, surface, found) -> list[str]:
     from pellet_study.doe import figures
+    from pellet_study.doe.labels import degraded
 
+    warn(degraded(surface.table.names, str(surface.table.response.name)))
     drawn = {
         "response_surface": figures.surface_contours(surface, found, arguments.unit),
         "predicted_observed": figures.predicted_observed(surface, arguments.unit),
     }
     if surface.saturated:
-        drawn["half_normal"] = figures.half_normal(surface.scaled_effects, surface.lenth)
+        drawn["half_normal"] = figures.half_normal(surface.scaled_effects, surface.lenth, names=surface.table.names)
     with writing(arguments.figures):
         return [str(path) for path in figures.save(drawn, arguments.figures)]

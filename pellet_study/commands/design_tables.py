@@ -1,6 +1,7 @@
 """What `pb` and `bbd` share: the table of a design, its arguments, what is left out, where it is written."""
 
 import argparse
+import shlex
 import sys
 from contextlib import contextmanager
 from pathlib import Path
@@ -30,6 +31,14 @@ def kept(arguments: argparse.Namespace) -> str:
     """Where an analysis went."""
     places = [str(place) for place in (arguments.figures, arguments.json) if place]
     return ", ".join(places) or "above (--json FILE and --figures DIR keep them)"
+
+
+def again(arguments: argparse.Namespace) -> str:
+    """The table and what was said of its columns, as words of a command to follow."""
+    words = [str(arguments.table)]
+    for option in ("factor", "ignore", "block"):
+        words += [word for given in getattr(arguments, option) for word in (f"--{option}", given)]
+    return shlex.join(words)
 
 
 def check_arguments(arguments: argparse.Namespace) -> None:
@@ -101,11 +110,11 @@ def write_design(sheet, path: Path | None, force: bool, command: str) -> dict:
     if words:
         print(words, file=sys.stdout if path else sys.stderr)
     if path:
-        again = ["--block", "block"] if sheet.n_blocks > 1 else []
+        words_again = ["--block", "block"] if sheet.n_blocks > 1 else []
         for factor in sheet.factors:
             if factor.levels or factor.low > factor.high or abs(sheet.coded).max() > 1:
-                again += ["--factor", factor.declaration]
-        done(path, f"{command} {shlex.join([str(path), *again])}")
+                words_again += ["--factor", factor.declaration]
+        done(path, f"{command} {shlex.join([str(path), *words_again])}")
     return {
         "runs": len(sheet.frame),
         "design": sheet.design.to_dict(orient="records"),

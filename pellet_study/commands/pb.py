@@ -181,14 +181,16 @@ def _turning(arguments, table, warnings: list[str], ignore: list[list[str]]):
 
 def _figures(arguments, screening, climb) -> list[str]:
     from pellet_study.doe import figures
+    from pellet_study.doe.labels import degraded
 
+    warn(degraded(screening.table.names))
     drawn = {
         "pareto": figures.pareto(screening, arguments.unit),
         "half_normal": figures.half_normal(
-            screening.effects, screening.lenth, arguments.unit, screening.noise_contrasts
+            screening.effects, screening.lenth, arguments.unit, screening.noise_contrasts, screening.table.names
         ),
     }
     if climb is not None:
-        drawn["climb"] = figures.climb_path(climb, arguments.unit, target=arguments.target)
+        drawn["climb"] = figures.climb_path(climb, arguments.unit, arguments.target, screening.table.names)
     with writing(arguments.figures):
         return [str(path) for path in figures.save(drawn, arguments.figures)]

@@ -130,7 +130,8 @@ def _check_response(frame, names, lines, source) -> None:
             f"{lines[0]} to {lines[-1]}): expected the measured response, which varies; put it in the last "
             "column"
         )
-    if set(frame[response].round(9)) <= {-1.0, 0.0, 1.0} or _looks_like_a_factor(frame):
+    coded = set(frame[response].round(9)) <= {-1.0, 0.0, 1.0} and np.abs(frame[response]).max() > 0.5
+    if coded or _looks_like_a_factor(frame):
         raise InputError(
             f"the last column {response!r} of {source} holds the levels of a factor in rows {lines[0]} to "
             f"{lines[-1]}: the response column is missing; expected the measured values in the last column"

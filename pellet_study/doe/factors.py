@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pellet_study.errors import InputError
+from pellet_study.tables.headers import split_unit
 
 
 @dataclass(frozen=True)
@@ -76,8 +77,8 @@ class Factor:
 
 
 def with_unit(name: str, unit: str) -> str:
-    """A quantity and its unit as written on an axis: `angle (deg)`, `G (J/m2)`."""
-    return f"{name} ({unit})" if unit else name
+    """A quantity and its unit as written on an axis: `angle (deg)`, `G (J/m2)`; once where the name has it already."""
+    return f"{name} ({unit})" if unit and split_unit(name)[1] != unit else name
 
 
 def parse_factor(text: str) -> Factor:

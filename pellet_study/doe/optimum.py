@@ -345,7 +345,8 @@ def _best_run(surface: Surface, sample, leverage, distance, recommended) -> tupl
     candidates = np.vstack(
         [np.unique(surface.table.coded.to_numpy(), axis=0), recommended, near[:: max(1, len(near) // 60)]]
     )
-    model, inverse = surface.model, surface.model.inverse
+    model, size = surface.model, len(surface.model.terms)
+    inverse = model.inverse[:size, :size]
     points, runs = columns_of(near, model.terms), columns_of(candidates, model.terms)
     gain = (points @ inverse @ runs.T) ** 2 / (1 + model.leverage(candidates))
     best = int(np.argmax(gain.mean(axis=0)))
