@@ -110,11 +110,11 @@ def write_design(sheet, path: Path | None, force: bool, command: str) -> dict:
     if words:
         print(words, file=sys.stdout if path else sys.stderr)
     if path:
-        again = ["--block", "block"] if sheet.n_blocks > 1 else []
+        words_again = ["--block", "block"] if sheet.n_blocks > 1 else []
         for factor in sheet.factors:
             if factor.levels or factor.low > factor.high or abs(sheet.coded).max() > 1:
-                again += ["--factor", factor.declaration]
-        done(path, f"{command} {shlex.join([str(path), *again])}")
+                words_again += ["--factor", factor.declaration]
+        done(path, f"{command} {shlex.join([str(path), *words_again])}")
     return {
         "runs": len(sheet.frame),
         "design": sheet.design.to_dict(orient="records"),
