@@ -169,7 +169,8 @@ def analyse_levels(
 
 def _means(groups, levels, places, estimates, inverse, variance):
     """Adjusted means with standard errors, and effects."""
-    means, effects = {}, {}
+    means: dict = {}
+    effects: dict = {}
     for name, group in groups.items():
         if name not in levels:
             effects[name] = float(2 * estimates[places[name]])

@@ -94,7 +94,7 @@ def _standard_order(coded: np.ndarray, response: np.ndarray) -> np.ndarray:
     levels = np.round(coded).astype(int)
     order = np.lexsort([response, *levels.T[::-1]])
     groups = np.split(order, np.flatnonzero(np.diff(levels[order], axis=0).any(axis=1)) + 1)
-    replicated, rows = 0, []
+    replicated, rows = 0, list[np.ndarray]()
     for group in groups:
         falling = bin(replicated & replicated >> 1).count("1") % 2
         replicated += len(group) > 1
