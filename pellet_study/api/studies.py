@@ -81,8 +81,8 @@ def study_of(
     >>> readings = pd.DataFrame({"rig": "shear_cell", "observable": "shear_stress_pa", "sd": 10.0,
     ...                          "normal_stress_pa": stress, "value": [0.6 * s + 100 for s in stress]})
     >>> study = ps.study_of(readings, parameters={"internal_friction": (0.1, 1.5)})
-    >>> ps.refine(study).verdict
-    'adequate'
+    >>> print(ps.refine(study).verdict)
+    adequate
     """
     given: dict[str, Any] = {"title": title, "effort": effort, "parameters": _settings(parameters)}
     given["effects"] = {name: _settings(values) for name, values in (effects or {}).items()}
