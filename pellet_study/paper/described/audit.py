@@ -38,9 +38,10 @@ def audit_folder(folder: Path) -> PaperAudit:
         table, fits[analysis.name] = _fit(analysis)
         items += design(analysis, table)
         items += printed_numbers(analysis, table, fits[analysis.name])
+        said = [one for one in paper.claims if one.analysis == analysis.name]
+        items += [claim(one, fits[analysis.name], str(paper.folder / FILE)) for one in said]
     for path in paper.climbs:
         items += climb(path, fits[path.analysis], *_wanted(paper))
-    items += [claim(said, fits[said.analysis], str(paper.folder / FILE)) for said in paper.claims]
     more, found = goal(paper, fits)
     return PaperAudit(paper, items + more, fits, found)
 

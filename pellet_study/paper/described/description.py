@@ -208,6 +208,10 @@ def _analysis(entry: Entry, folder: Path) -> Analysis:
     centre_points = entry.choice("centre_points", CENTRE_POINTS, None)
     if centre_points is not None and model != "first order":
         entry.fail("centre_points", "this key in a first-order model only: a quadratic one has squares for the centre")
+    if model == "first order" and centre_points != "residual" and entry.content.get("drop"):
+        entry.fail(
+            "drop", 'no such key beside centre_points = "curvature"; name the factor\'s column under ignore instead'
+        )
     found = Analysis(
         name,
         _table(entry, folder),
