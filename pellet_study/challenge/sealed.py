@@ -63,8 +63,8 @@ def seal(number: int, folder: Path, stored: Stored, effects: Sequence[str]) -> N
         for name in dict.fromkeys(effects):
             sign = 1 if stored.study.catalogue.effects[name].sides == 1 or rng.random() < 0.5 else -1
             reached[name] = stored.size(parameters, name, float(kind.split()[1]), sign)
-        reached = [(name, amount) for name, amount in reached.items() if amount is not None]
-        hidden = dict([reached[turn % len(reached)]]) if reached else {}
+        within = [(name, amount) for name, amount in reached.items() if amount is not None]
+        hidden = dict([within[turn % len(within)]]) if within else {}
     elif kind == "outside":
         name = list(OUTSIDE_AMOUNTS)[turn % len(OUTSIDE_AMOUNTS)]
         hidden = {name: OUTSIDE_AMOUNTS[name]}
@@ -146,7 +146,9 @@ def weigh(stored: Stored, numbers: Sequence[int], folder: Path, store: Path, wor
 
     At the physical limit an effect's surface may be far off; here its factor on each row comes from simulations there.
     """
-    of, asked, cases = stored.of, [], []
+    of = stored.of
+    asked: list[tuple[int, int, int, int]] = []
+    cases: list[dict] = []
     for n in numbers:
         truth = _truth(folder, n)
         for k, (rig, given) in enumerate(of.conditions):

@@ -7,7 +7,7 @@ its lines are those of yade_scripts/heap.py. The camera should look along the pl
 """
 
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -88,7 +88,8 @@ def read(file: Path) -> np.ndarray:
     from PIL import Image, ImageOps, UnidentifiedImageError
 
     try:
-        with Image.open(file) as picture:
+        with Image.open(file) as opened:
+            picture: Any = opened
             if min(picture.size) < SHORTEST:
                 raise InputError(
                     f"{file}: {picture.width} x {picture.height} pixels; expected {SHORTEST} or more each way"
@@ -296,7 +297,7 @@ def _measured(pixels, mask, tone, edge: Line | None, horizon_deg: float | None) 
             f"what stands out is no heap: its sides lie at {flanks.left.angle_deg:.0f} and {flanks.right.angle_deg:.0f} deg"
         )
     spread = [slope_error_deg(x, height, flank) for flank in flanks]
-    return Photograph(pixels, outline, base, base_is, flanks, float(np.hypot(*spread) / 2))
+    return Photograph(pixels, outline, base, base_is, flanks, float(np.hypot(spread[0], spread[1]) / 2))
 
 
 def _body(mask: np.ndarray, edge: Line | None) -> np.ndarray:

@@ -27,7 +27,7 @@ def families() -> list[str]:
 
 
 @lru_cache(1)
-def _faces():
+def _faces() -> list:
     from matplotlib.font_manager import FontProperties, fontManager, get_font
 
     return [get_font(fontManager.findfont(FontProperties(family=[name]))) for name in families()]

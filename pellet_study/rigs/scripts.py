@@ -24,7 +24,7 @@ def scene(file: Path) -> tuple[str, set[str]] | None:
     """What an effect in a rig calls its places, and the places that the rig's scripts ask; None without any of them."""
     sources = _sources([file])
     asked = {
-        node.args[0].value
+        str(node.args[0].value)
         for source in sources.values()
         for node in ast.walk(ast.parse(source))
         if isinstance(node, ast.Call) and isinstance(node.func, ast.Attribute) and node.func.attr == "at"

@@ -12,6 +12,7 @@ import time
 from collections import deque
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 import pellet_study
 from pellet_study.errors import InputError, SimulationError, StudyError
@@ -137,7 +138,8 @@ class _Address:
     """The scheduler's address; where SLURM is asked for, its jobs run from entering to leaving."""
 
     def __init__(self, scheduler: str):
-        self.scheduler, self.cluster = scheduler, None
+        self.scheduler = scheduler
+        self.cluster: Any = None
 
     def __enter__(self) -> str:
         if self.scheduler.startswith(SCHEMES):
@@ -157,7 +159,7 @@ class _Address:
         self.cluster.scale(jobs=int(jobs))
         return self.cluster.scheduler_address
 
-    def __exit__(self, *_) -> None:
+    def __exit__(self, *_: object) -> None:
         if self.cluster is not None:
             self.cluster.close()
 
@@ -179,7 +181,7 @@ def _connect(address: str, limit_s: float) -> Client | None:
 class _Work:
     """The cases of one call, and the chunks that are with workers."""
 
-    bar = None
+    bar: Any = None
 
     def __init__(self, cases: Sequence[dict], store: Store, rigs: Mapping[str, Rig], time_limit_s: float | None):
         self.left = {case["id"]: case for case in cases}

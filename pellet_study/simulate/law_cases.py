@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 from pellet_study.rigs.on_yade import case, rig
 
@@ -48,7 +49,7 @@ class Sweep:
         if quick and self.quick is None:
             return
         values = {**self.values, **(self.quick or {})} if quick else self.values
-        for law, *combination in product(self.laws, *values.values()):
+        for law, combination in product(self.laws, product(*values.values())):
             yield _case(self.check, law, dict(zip(values, combination, strict=True)))
 
 
@@ -178,7 +179,7 @@ def cases(quick: bool = False) -> list[dict]:
 
 def _case(check: str, contact_law: str, values: Mapping[str, float]) -> dict:
     """A case of a check; each value goes to the group that declares it."""
-    groups = {
+    groups: dict[str, Any] = {
         group: {name: value for name, value in values.items() if name in getattr(rig(check), group)}
         for group in ("parameters", "conditions", "numerics")
     }

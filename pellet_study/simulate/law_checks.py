@@ -74,7 +74,7 @@ def unexplained(checked: pd.DataFrame) -> pd.DataFrame:
 
 def _setting(row: dict, rig: Rig, names: tuple[str, ...]) -> str:
     """What tells a case from others: the check's two leading names, the damping, and whatever is no default."""
-    declared = rig.parameters | rig.conditions | rig.numerics
+    declared = {**rig.parameters, **rig.conditions, **rig.numerics}
     damping = "cohesive_frictional_damping"
     shown = [name for name in names if name in names[:2] or row[name] != declared[name]["default"]]
     shown = [name for name in shown if name != damping]

@@ -14,6 +14,7 @@ import tempfile
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
+from typing import Any
 
 from pellet_study.errors import SimulationError
 from pellet_study.rigs.declared import Rig
@@ -88,7 +89,8 @@ class _Claims:
     """The file in which processes claim cases, read on from where it was read last."""
 
     def __init__(self, file: Path):
-        self.file, self._last, self._read = file, {}, 0
+        self.file, self._read = file, 0
+        self._last: dict = {}
         file.touch()
 
     def number(self) -> int:
@@ -124,7 +126,8 @@ class _Campaign:
         self.folder = Path(tempfile.mkdtemp(prefix="campaign-", dir=store.folder))
         self.tables = {name: store.table(rig) for name, rig in self.rigs.items()}
         self.seen = {name: table.stat().st_size if table.exists() else 0 for name, table in self.tables.items()}
-        self.failed, self.finished, self.started = 0, set(), 0
+        self.failed, self.started = 0, 0
+        self.finished: set[str] = set()
         self.wanted = {case["id"] for case in cases}
         self.running: list[_Worker] = []
         self.short_of_memory: dict[str, str] = {}
@@ -162,7 +165,7 @@ class _Campaign:
                 f"others are kept in {self.store.folder}. Close other programs, or give them more memory, and call again"
             )
 
-    def _work(self, cases: list[dict], bar) -> list[tuple[dict, str]]:
+    def _work(self, cases: list[dict], bar: Any) -> list[tuple[dict, str]]:
         """Work through a list; returns the cases that crashed YADE, with the reason."""
         folder = Path(tempfile.mkdtemp(dir=self.folder))
         claims = _Claims(folder / "claims")
@@ -234,7 +237,7 @@ class _Campaign:
     def _limit_s(self, case: dict) -> float:
         return self.limit_s or self.rigs[case["rig"]].time_limit_s
 
-    def _count(self, bar) -> None:
+    def _count(self, bar: Any) -> None:
         """Read the rows that are new in the tables."""
         for name, table in self.tables.items():
             if not table.exists() or table.stat().st_size <= self.seen[name]:
