@@ -21,7 +21,7 @@ import pandas as pd
 
 from pellet_study.rigs import on_yade
 from pellet_study.rigs.scripts import SCRIPTS
-from pellet_study.simulate import dispatch, yade
+from pellet_study.simulation import dispatch, yade
 
 
 def ours(cases: list[dict], store: Path) -> tuple[float, pd.DataFrame]:
@@ -60,7 +60,7 @@ def second_call(number: int, store: Path) -> float:
     """Seconds of a fresh Python that asks for the same cases again, all of them stored."""
     program = (
         "import sys; from pathlib import Path; from pellet_study import rigs; "
-        "from pellet_study.simulate import dispatch; "
+        "from pellet_study.simulation import dispatch; "
         f"dispatch.run([rigs.case('rebound', seed=seed) for seed in range({number})], Path(sys.argv[1]))"
     )
     start = time.perf_counter()

@@ -28,7 +28,7 @@ from repose_checks import MIDDLE
 
 from pellet_study.rigs import on_yade
 from pellet_study.rigs.scripts import SCRIPTS
-from pellet_study.simulate import yade
+from pellet_study.simulation import yade
 from yade_scripts import contacts, heap, powder_scene, repose
 
 FRICTIONAL, COHESIVE = 0.0, 0.2  # J/m2

@@ -14,7 +14,7 @@ from pathlib import Path
 
 import pandas as pd
 
-from pellet_study.simulate import dispatch, law_cases, law_checks, yade
+from pellet_study.simulation import dispatch, law_cases, law_checks, yade
 
 ROOT = Path(__file__).resolve().parents[1]
 FILE = ROOT / "results" / "checks" / "law_checks_versions.csv"

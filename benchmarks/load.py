@@ -49,8 +49,8 @@ def clocks() -> np.ndarray:
 def collect(size: int, folder: Path) -> np.ndarray:
     """Seconds from cases to their table, all of them stored; the rows are written as YADE writes them."""
     from pellet_study.rigs import on_yade
-    from pellet_study.simulate import dispatch
-    from pellet_study.simulate.store import Store, key
+    from pellet_study.simulation import dispatch
+    from pellet_study.simulation.store import Store, key
     from yade_scripts.case import flat, line, sealed
 
     rig, store = on_yade.rig("rebound"), Store(folder / "store")

@@ -19,7 +19,7 @@ from pellet_study.output import style
 from pellet_study.paper.designs import screening_factors
 from pellet_study.powder.plan import IDLE, OBSERVABLE, RIG, SYMBOLS
 from pellet_study.rigs import on_yade
-from pellet_study.simulate import dispatch
+from pellet_study.simulation import dispatch
 from pellet_study.study import load
 
 FOLDER = Path(__file__).resolve().parent.parent / "results" / "paper_heaps"

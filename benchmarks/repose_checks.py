@@ -15,8 +15,8 @@ import numpy as np
 import pandas as pd
 
 from pellet_study.rigs import on_yade
-from pellet_study.simulate import dispatch
-from pellet_study.simulate.store import Store, key
+from pellet_study.simulation import dispatch
+from pellet_study.simulation.store import Store, key
 from yade_scripts import contacts, powder_scene
 
 FOLDER = Path(__file__).resolve().parent.parent / "results" / "checks"

@@ -13,7 +13,7 @@ from pellet_study.bench.readings import Reading
 from pellet_study.bench.stages import Stage
 from pellet_study.errors import SimulationError
 from pellet_study.rigs import on_yade
-from pellet_study.simulate import dispatch
+from pellet_study.simulation import dispatch
 from yade_scripts.particles import ORIENTATIONS_PER_BLOCK
 
 LEAST_BLOCKS = 8

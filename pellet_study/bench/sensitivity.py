@@ -11,7 +11,7 @@ from pellet_study.bench.seeds import Mean, mean_over_seeds
 from pellet_study.bench.stages import STAGES
 from pellet_study.paper import printed as paper
 from pellet_study.rigs import on_yade
-from pellet_study.simulate import dispatch
+from pellet_study.simulation import dispatch
 from yade_scripts import contacts
 from yade_scripts.particles import alfalfa_seed
 

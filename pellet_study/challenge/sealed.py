@@ -25,7 +25,7 @@ from pellet_study.errors import SimulationError
 from pellet_study.model.model import Model
 from pellet_study.rigs.declared import Rig
 from pellet_study.rigs.on_yade import case
-from pellet_study.simulate import dispatch
+from pellet_study.simulation import dispatch
 from pellet_study.study.load import load
 
 STRENGTHS = (6.0, 8.0, 10.0, 13.0)

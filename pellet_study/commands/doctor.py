@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict:
     """Report; write the full tables where asked."""
     from pellet_study import __version__
-    from pellet_study.simulate import dispatch, law_checks, yade
+    from pellet_study.simulation import dispatch, law_checks, yade
 
     answer: dict[str, Any] = {
         "pellet_study": __version__,
@@ -76,7 +76,7 @@ def run(arguments: argparse.Namespace) -> dict:
 
 
 def _law_checks(store: Path, quick: bool) -> pd.DataFrame:
-    from pellet_study.simulate import dispatch, law_cases, law_checks
+    from pellet_study.simulation import dispatch, law_cases, law_checks
 
     return law_checks.table(dispatch.run(law_cases.cases(quick=quick), store))
 

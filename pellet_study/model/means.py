@@ -13,8 +13,8 @@ import pandas as pd
 from pellet_study.errors import SimulationError
 from pellet_study.model.sites import Point
 from pellet_study.rigs.on_yade import case
-from pellet_study.simulate import dispatch, yade
-from pellet_study.simulate.local import TOOK_LONGER
+from pellet_study.simulation import dispatch, yade
+from pellet_study.simulation.local import TOOK_LONGER
 from pellet_study.study.study import SCALINGS, Study
 
 COLUMNS = ("key", "observable", "mean", "sd", "n", "lost", "reason")

@@ -94,7 +94,9 @@ def test_results_are_files_that_a_second_call_leaves_as_they_are(study, monkeypa
     assert len(runs) == 1 + 6 * 4 + 4 + 4  # a sweep of six levels, verification, joint prediction
     assert runs[1:] == sorted(runs[1:])
     before = {file: file.read_bytes() for file in files}
-    monkeypatch.setattr("pellet_study.simulate.local.subprocess.Popen", lambda *a, **k: pytest.fail("simulated again"))
+    monkeypatch.setattr(
+        "pellet_study.simulation.local.subprocess.Popen", lambda *a, **k: pytest.fail("simulated again")
+    )
     assert main(["bench", str(study), "--effort", "0.25"]) == 0
     assert {file: file.read_bytes() for file in files} == before
 
@@ -133,7 +135,7 @@ def test_a_stage_without_a_reading_takes_its_parameter_from_the_study(monkeypatc
 
 def test_a_smooth_tilted_plate_takes_no_tangential_speed(tmp_path):
     from pellet_study.rigs import on_yade
-    from pellet_study.simulate import dispatch
+    from pellet_study.simulation import dispatch
 
     tilted = [on_yade.case("rebound", seed=k, conditions={"plate_tilt_deg": 30.0}) for k in range(6)]
     rows = dispatch.run(tilted, tmp_path / ".store", quiet=True)

@@ -11,7 +11,7 @@ from pellet_study.challenge.heaps import HEAPS
 from pellet_study.model.model import Model
 from pellet_study.model.surrogate import Surrogate
 from pellet_study.rigs import on_yade
-from pellet_study.simulate import dispatch, yade
+from pellet_study.simulation import dispatch, yade
 from pellet_study.study.load import load
 from tests import ROOT
 

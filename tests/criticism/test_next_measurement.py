@@ -13,7 +13,7 @@ from pellet_study.criticism.next_measurement import next_measurement
 from pellet_study.criticism.predictions import nearest_case, predictions
 from pellet_study.criticism.rivals import Rival, rival_problem
 from pellet_study.model.model import Case, Model
-from pellet_study.simulate import dispatch
+from pellet_study.simulation import dispatch
 from pellet_study.study.load import load
 
 LENGTHS = (1.5, 1.8, 2.2, 2.6, 3.0)

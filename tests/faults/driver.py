@@ -77,7 +77,7 @@ def main(store: str, table: str, number: str, pause: str = "", fault: str = "0")
     from pellet_study.bench import report
     from pellet_study.rigs import on_yade
     from pellet_study.rigs.declared import rig_in
-    from pellet_study.simulate import dispatch
+    from pellet_study.simulation import dispatch
 
     if pause:
         rig = rig_in(FAULTY)

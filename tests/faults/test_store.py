@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from pellet_study.errors import InputError
 from pellet_study.rigs import on_yade
-from pellet_study.simulate import dispatch
-from pellet_study.simulate.store import Store, key
+from pellet_study.simulation import dispatch
+from pellet_study.simulation.store import Store, key
 from tests.faults.driver import ROOT, UNPRIVILEGED, command, paragraph, start
 from yade_scripts.case import Table, flat, unsealed
 
@@ -145,5 +145,5 @@ def test_a_store_of_somebody_else_is_named(tmp_path):
 def test_another_version_is_another_case(monkeypatch):
     case = on_yade.case("rebound")
     before = key(case, on_yade.rig("rebound"))
-    monkeypatch.setattr("pellet_study.simulate.yade.version", lambda: "2031.01a")
+    monkeypatch.setattr("pellet_study.simulation.yade.version", lambda: "2031.01a")
     assert key(case, on_yade.rig("rebound")) != before

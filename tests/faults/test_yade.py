@@ -10,7 +10,7 @@ import pytest
 from pellet_study.errors import SimulationError
 from pellet_study.rigs import on_yade
 from pellet_study.rigs.declared import rig_in
-from pellet_study.simulate import dispatch, local, yade
+from pellet_study.simulation import dispatch, local, yade
 from tests.faults.driver import FAULTY, command, paragraph, rows, simulating, wait_until
 
 NONE, BAD_ADDRESS, KILLED, KILLED_ONCE, MEMORY, FULL_DISK, HANG_OUTSIDE = 0, 10, 11, 12, 13, 14, 15

@@ -21,8 +21,8 @@ from pellet_study.model.response_surface import LogSurface, pooled
 from pellet_study.model.surrogate import Surrogate
 from pellet_study.model.terms import Link, Range, effect_terms, quadratic_terms
 from pellet_study.rigs import on_yade
-from pellet_study.simulate import dispatch
-from pellet_study.simulate.local import TOOK_LONGER
+from pellet_study.simulation import dispatch
+from pellet_study.simulation.local import TOOK_LONGER
 from pellet_study.study.edit import write_effect
 from pellet_study.study.load import load
 from pellet_study.study.study import Setting

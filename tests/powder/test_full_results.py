@@ -16,7 +16,7 @@ from pellet_study.powder.plan import SYMBOLS
 from pellet_study.powder.results import Results
 from pellet_study.powder.tables import table_of
 from pellet_study.rigs import on_yade
-from pellet_study.simulate import dispatch, yade
+from pellet_study.simulation import dispatch, yade
 from pellet_study.study import load
 from tests import ROOT
 

@@ -19,7 +19,7 @@ from pellet_study.errors import InputError
 from pellet_study.rigs import catalogue, on_yade
 from pellet_study.rigs.declared import rig_in
 from pellet_study.rigs.scripts import SCRIPTS, imported
-from pellet_study.simulate import dispatch, yade
+from pellet_study.simulation import dispatch, yade
 from tests import HELPERS
 from yade_scripts import contacts, particles
 from yade_scripts.seed_scene import GRAVITY

@@ -10,8 +10,8 @@ import pytest
 
 from pellet_study.rigs import on_yade
 from pellet_study.rigs.scripts import SCRIPTS
-from pellet_study.simulate import dispatch, law_cases, law_checks, yade
-from pellet_study.simulate.law_cases import COHESIVE, MINDLIN, RESTITUTION
+from pellet_study.simulation import dispatch, law_cases, law_checks, yade
+from pellet_study.simulation.law_cases import COHESIVE, MINDLIN, RESTITUTION
 from yade_scripts import contacts, layered
 from yade_scripts.checks import sphere_scene
 

@@ -19,7 +19,7 @@ EVERY_RIG = """
 import sys
 from pathlib import Path
 from pellet_study import rigs
-from pellet_study.simulate import dispatch
+from pellet_study.simulation import dispatch
 cases = [rigs.case(name) for name in sys.argv[2:]]
 dispatch.run(cases, Path(sys.argv[1]), time_limit_s=10)
 """

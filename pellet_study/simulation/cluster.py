@@ -19,8 +19,8 @@ from pellet_study.errors import InputError, SimulationError, StudyError
 from pellet_study.rigs.declared import Rig, rig_in
 from pellet_study.rigs.on_yade import rigs_of
 from pellet_study.rigs.scripts import SCRIPTS
-from pellet_study.simulate import local, yade
-from pellet_study.simulate.store import Store
+from pellet_study.simulation import local, yade
+from pellet_study.simulation.store import Store
 from yade_scripts.case import Table, unsealed
 
 try:

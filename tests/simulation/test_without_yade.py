@@ -4,7 +4,7 @@ from tests.helpers.make_study import command, folder
 
 
 def test_without_yade_its_rigs_cannot_be_compared(tmp_path, capsys, monkeypatch):
-    from pellet_study.simulate import yade
+    from pellet_study.simulation import yade
 
     monkeypatch.setenv("PELLET_STUDY_YADE", str(tmp_path / "nowhere"))
     yade.executable.cache_clear()

@@ -14,7 +14,7 @@ import pandas as pd
 
 from pellet_study.errors import InputError
 from pellet_study.rigs.declared import Rig
-from pellet_study.simulate import yade
+from pellet_study.simulation import yade
 from yade_scripts import case as case_file
 
 log = logging.getLogger(__name__)

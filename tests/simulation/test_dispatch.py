@@ -13,7 +13,7 @@ import pytest
 from pellet_study.errors import InputError, SimulationError
 from pellet_study.rigs import on_yade
 from pellet_study.rigs.declared import rig_in
-from pellet_study.simulate import dispatch, local, yade
+from pellet_study.simulation import dispatch, local, yade
 from tests import HELPERS
 from tests.helpers.listening import listening
 
@@ -90,7 +90,7 @@ import sys
 from pathlib import Path
 from pellet_study.rigs import case
 from pellet_study.rigs.declared import rig_in
-from pellet_study.simulate import dispatch
+from pellet_study.simulation import dispatch
 faulty = rig_in(Path(sys.argv[1]))
 cases = [case(faulty, seed=k, conditions={"pause_s": 0.25}) for k in range(int(sys.argv[3]))]
 dispatch.run(cases, Path(sys.argv[2]), rigs={"faulty": faulty})

@@ -19,8 +19,8 @@ from typing import Any
 from pellet_study.errors import SimulationError
 from pellet_study.rigs.declared import Rig
 from pellet_study.rigs.scripts import SCRIPTS, fingerprint
-from pellet_study.simulate import yade
-from pellet_study.simulate.store import Store
+from pellet_study.simulation import yade
+from pellet_study.simulation.store import Store
 from yade_scripts.case import CANNOT_GO_ON, CLAIM_BYTES, NO_MEMORY, Table, flat, one_line
 
 POLL_S = 0.05

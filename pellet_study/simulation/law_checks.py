@@ -7,7 +7,7 @@ import pandas as pd
 
 from pellet_study.rigs.declared import Rig
 from pellet_study.rigs.on_yade import rig as rig_of
-from pellet_study.simulate.law_cases import COHESIVE
+from pellet_study.simulation.law_cases import COHESIVE
 
 RELATIVE_TOLERANCE = 0.02
 ABSOLUTE_TOLERANCE = 0.005  # of restitution, and of whatever is asked to be zero

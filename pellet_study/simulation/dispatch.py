@@ -10,8 +10,8 @@ import pandas as pd
 from pellet_study.errors import InputError, SimulationError
 from pellet_study.rigs.declared import Rig
 from pellet_study.rigs.on_yade import rigs_of
-from pellet_study.simulate import local, yade
-from pellet_study.simulate.store import Store, key
+from pellet_study.simulation import local, yade
+from pellet_study.simulation.store import Store, key
 
 SCHEDULER, TIME_LIMIT = "PELLET_STUDY_SCHEDULER", "PELLET_STUDY_TIME_LIMIT_S"
 LIMIT_IN_STATUS = re.compile(re.escape(local.TOOK_LONGER) + r" ([\d.e+]+) s")
@@ -63,7 +63,7 @@ def run(
         if missing:
             yade.refuse_old()
             if scheduler:
-                from pellet_study.simulate import cluster
+                from pellet_study.simulation import cluster
 
                 cluster.run(list(missing.values()), opened, used, scheduler, quiet=quiet, time_limit_s=limit)
             else:

@@ -9,8 +9,8 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
-    from pellet_study.simulate.dispatch import run
-    from pellet_study.simulate.store import Store
+    from pellet_study.simulation.dispatch import run
+    from pellet_study.simulation.store import Store
 
 __all__ = ["Store", "run"]
 

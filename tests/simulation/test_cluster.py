@@ -198,7 +198,7 @@ def test_without_dask_the_extra_is_named_and_the_local_path_does_not_load_it(tmp
     words = [sys.executable, "-c", program, "bench", study, "--scheduler", "tcp://127.0.0.1:1"]
     found = subprocess.run(words, capture_output=True, text=True)
     assert found.returncode == 2 and "pip install 'pellet-study[dask]'" in found.stderr
-    loaded = "import sys, pellet_study.simulate.dispatch; assert not {'dask', 'distributed'} & set(sys.modules)"
+    loaded = "import sys, pellet_study.simulation.dispatch; assert not {'dask', 'distributed'} & set(sys.modules)"
     subprocess.run([sys.executable, "-c", loaded], check=True)
 
 
