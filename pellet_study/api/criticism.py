@@ -196,7 +196,7 @@ def folder_of(study: Study) -> Path:
 def _both(study: Study, before: Fitted, after: Fitted, write: bool) -> Comparison:
     """The answer of `add` and `drop`: the new model, with the old one as `before`."""
     steps = [answers.comparison(before), answers.comparison(after)]
-    page = text.folded([text.comparison_page(study, after), "", *text.ladder(steps)])
+    page = text.fold([text.comparison_page(study, after), "", *text.ladder(steps)])
     if write:
         history.record(folder_of(study), steps)
         history.leave(folder_of(study), "compare", page, steps[1])

@@ -16,7 +16,7 @@ from pathlib import Path
 from pellet_study.challenge import acceptance, counting, resume
 from pellet_study.challenge.demonstration import Demonstration
 from pellet_study.challenge.resume import Show
-from pellet_study.output.terminal import done, folded, say
+from pellet_study.output.terminal import done, fold, say
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
@@ -51,7 +51,7 @@ def run(arguments: argparse.Namespace) -> dict:
     )
     for row in answer["figures"]:
         cells = list(row.values())
-        say(folded([str(cells[0])]))
+        say(fold([str(cells[0])]))
         say(f"    {cells[1]:26s}{cells[2]:>9s}  {cells[3]:18s}{cells[4]:6d}  {cells[5]}")
     done(arguments.study)
     return answer

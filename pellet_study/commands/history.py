@@ -2,7 +2,7 @@
 
 import argparse
 
-from pellet_study.commands.arguments import add_study, study_of
+from pellet_study.commands.arguments import add_study, named, study_of
 from pellet_study.criticism import text
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say
@@ -28,10 +28,10 @@ def run(arguments: argparse.Namespace) -> dict:
     steps = history.read_history(arguments.study)
     if not steps:
         raise InputError(f"{arguments.study}: nothing was done yet; run add, drop or refine first")
-    say(text.folded([study.title, "", *text.ladder(steps)]))
+    say(text.fold([study.title, "", *text.ladder(steps)]))
     from pellet_study.criticism import figures
     from pellet_study.output import style
 
     file = style.save(figures.ladder(steps), arguments.study / "figures" / "ladder.png")
-    done(file, f"report {arguments.study}")
+    done(file, f"report {named(arguments)}")
     return {"steps": steps}

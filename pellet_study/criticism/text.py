@@ -9,7 +9,7 @@ from pellet_study.criticism.facts import Candidate, Constant, Proposal
 from pellet_study.criticism.refine import Refinement
 from pellet_study.criticism.verdicts import Verdict
 from pellet_study.output.style import unit_in_words
-from pellet_study.output.terminal import folded
+from pellet_study.output.terminal import fold
 from pellet_study.output.words import number, probability
 from pellet_study.study.study import Study
 
@@ -39,7 +39,7 @@ def comparison_page(study: Study, compared: Comparison) -> str:
         *rows_table(answer["rows"], [row.row.note for row in compared.rows]),
         *warning_lines(compared.warnings),
     ]
-    return folded(lines)
+    return fold(lines)
 
 
 def fit_lines(comparison: dict) -> list[str]:
@@ -188,7 +188,7 @@ def diagnosis_page(study: Study, diagnosed: Diagnosis) -> str:
         "",
         *answer_lines(study, diagnosed),
     ]
-    return folded([*lines, *warning_lines(diagnosed.warnings)])
+    return fold([*lines, *warning_lines(diagnosed.warnings)])
 
 
 def ladder(steps: Sequence[dict]) -> list[str]:
@@ -211,4 +211,4 @@ def refinement_page(study: Study, refined: Refinement, steps: Sequence[dict]) ->
     lines = [f"{study.title}: added {added}; verdict {refined.verdict}", "", *ladder(steps), ""]
     for k, diagnosis in enumerate(refined.diagnoses):
         lines += [f"--- diagnosis {k + 1}", diagnosis_page(refined.study, diagnosis), ""]
-    return folded(lines).rstrip()
+    return fold(lines).rstrip()

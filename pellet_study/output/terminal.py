@@ -18,7 +18,7 @@ HEADS = "FIT|WHERE|ANSWER|NEXT|NOTE"
 BOLD = re.compile(rf"^({HEADS}|results|next)\b", re.MULTILINE)
 
 
-def folded(lines: Sequence[str]) -> str:
+def fold(lines: Sequence[str]) -> str:
     """Lines as one page of 80 columns; what runs over continues below the text it belongs to."""
     page = []
     for line in "\n".join(lines).splitlines():
@@ -40,7 +40,7 @@ def coloured(stream: TextIO) -> bool:
 def say(page: str) -> None:
     """Print a page; on a terminal long lines are folded, and the words its paragraphs begin with are bold."""
     if sys.stdout.isatty():
-        page = folded(page.splitlines())
+        page = fold(page.splitlines())
     print(BOLD.sub("\033[1m\\1\033[0m", page) if coloured(sys.stdout) else page)
 
 
