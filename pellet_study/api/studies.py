@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pellet_study.errors import InputError
-from pellet_study.rigs.catalogue import Catalogue, standard
+from pellet_study.rigs.catalogue import Catalogue
 from pellet_study.study.load import assembled, load
 from pellet_study.study.measurements import Measurement, read
 from pellet_study.study.study import Setting, Study
@@ -66,7 +66,7 @@ def study_of(
     possible : {rig: {condition: (min, max)}} of what could be measured next
     contact_law : of the rigs on YADE
     effort : multiplies the number of simulations
-    folder : where simulations are kept (.store) and answers written; needed for rigs on YADE, and with a library
+    folder : where simulations are kept (.store) and answers written; needed for rigs on YADE
     library : as in `load_study`
 
     Raises
@@ -89,13 +89,11 @@ def study_of(
     given["possible"] = {rig: _settings(ranges) for rig, ranges in (possible or {}).items()}
     given |= {} if candidates is None else {"candidates": list(candidates)}
     given |= {} if contact_law is None else {"contact_law": contact_law}
-    if library is not None and folder is None:
-        raise InputError("library: name a folder for the study too, with folder=")
     where = Path(folder) if folder is not None else None
     if where is not None:
         where.mkdir(parents=True, exist_ok=True)
     shared = None if library is None else Path(library)
-    everything = standard() if where is None else catalogue_of(where, shared)
+    everything = catalogue_of(where, shared)
     study = assembled(given, _rows(measurements, everything), everything, "study_of", where, shared)
     simulated = [rig for rig in study.rigs if study.catalogue.rigs[rig].on_yade]
     if simulated and where is None:

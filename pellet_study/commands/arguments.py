@@ -25,3 +25,8 @@ def study_of(arguments: argparse.Namespace) -> Study:
     InputError : anything in it, or in the library, cannot be used
     """
     return load(arguments.study, arguments.library)
+
+
+def named(arguments: argparse.Namespace) -> str:
+    """STUDY as the next command has to name it: with its library."""
+    return f"{arguments.study}" + (f" --library {arguments.library}" if arguments.library else "")

@@ -2,7 +2,7 @@
 
 import argparse
 
-from pellet_study.commands.arguments import add_study, study_of
+from pellet_study.commands.arguments import add_study, named, study_of
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say, warn
 
@@ -55,5 +55,5 @@ def run(arguments: argparse.Namespace) -> dict:
                 f"{last.curve.high:g}; the stages after it were not run"
             ]
         )
-    done(f"{arguments.study / 'summary.txt'}, figures", f"report {arguments.study}")
+    done(f"{arguments.study / 'summary.txt'}, figures", f"report {named(arguments)}")
     return report.answer(results)

@@ -3,7 +3,7 @@
 import argparse
 
 from pellet_study.api import criticism
-from pellet_study.commands.arguments import add_study, study_of
+from pellet_study.commands.arguments import add_study, named, study_of
 from pellet_study.output.terminal import done, say, warn, working
 
 EXAMPLE = """\
@@ -36,6 +36,6 @@ def run(arguments: argparse.Namespace) -> dict:
             style.save(figures.ranking(answer.json), folder / "ranking.png")
         if answer.by_level:
             style.save(figures.constants(answer.by_level), folder / "constants.png")
-    after = f"add {arguments.study} {answer.missing[0]}" if answer.missing else f"report {arguments.study}"
+    after = f"add {named(arguments)} {answer.missing[0]}" if answer.missing else f"report {named(arguments)}"
     done(arguments.study / "diagnose.txt", after)
     return answer.json

@@ -3,7 +3,7 @@
 import argparse
 
 from pellet_study.api import criticism
-from pellet_study.commands.arguments import add_study, study_of
+from pellet_study.commands.arguments import add_study, named, study_of
 from pellet_study.output.terminal import done, say, warn, working
 
 EXAMPLE = """\
@@ -28,5 +28,5 @@ def run(arguments: argparse.Namespace) -> dict:
     say(answer.page)
     warn(answer.warnings, noted=answer.warnings)
     after = "diagnose" if answer.fits is False else "report"
-    done(arguments.study / "compare.txt", f"{after} {arguments.study}")
+    done(arguments.study / "compare.txt", f"{after} {named(arguments)}")
     return answer.json

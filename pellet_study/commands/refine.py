@@ -3,7 +3,7 @@
 import argparse
 
 from pellet_study.api import criticism
-from pellet_study.commands.arguments import add_study, study_of
+from pellet_study.commands.arguments import add_study, named, study_of
 from pellet_study.output.terminal import done, say, warn, working
 
 EXAMPLE = """\
@@ -26,5 +26,5 @@ def run(arguments: argparse.Namespace) -> dict:
         answer = criticism.refine(study_of(arguments), write=True)
     say(answer.page)
     warn([*answer.warnings, *answer.unsaid], noted=answer.warnings)
-    done(arguments.study / "refine.txt", f"report {arguments.study}")
+    done(arguments.study / "refine.txt", f"report {named(arguments)}")
     return answer.json

@@ -8,8 +8,8 @@ from pathlib import Path
 __all__ = ["write"]
 
 
-def write(folder: Path) -> Path:
+def write(folder: Path, library: Path | None = None) -> Path:
     """Write the page of a study; returns its absolute path. See `page.write`."""
     from pellet_study.report import page  # jinja2 and matplotlib only where a page is made
 
-    return page.write(folder)
+    return page.write(folder, library)

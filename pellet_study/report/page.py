@@ -92,6 +92,7 @@ def _content(
     return {
         "title": study.title,
         "place": folder.as_posix(),
+        "named": _named(study, folder),
         "rigs": study.rigs,
         "counts": counts(study),
         "sections": SECTIONS,
@@ -106,7 +107,7 @@ def _content(
         "next": criticism.next_measurement(diagnoses),
         "nothing_next": "No further measurement is proposed: nothing has to be told apart.",
         "stages": stages,
-        "repeat": _repeat(folder),
+        "repeat": _repeat(study, folder),
         "version": pellet_study.__version__,
     }
 
@@ -177,9 +178,14 @@ def _notes(study: Study, compared: Answer | None) -> list[str]:
     return found + compared["warnings"]
 
 
-def _repeat(folder: Path) -> Table:
+def _named(study: Study, folder: Path) -> str:
+    """The study as a command has to name it: with its library."""
+    return folder.as_posix() + (f" --library {study.library.as_posix()}" if study.library else "")
+
+
+def _repeat(study: Study, folder: Path) -> Table:
     """Which command made which numbers, and the files they stand in."""
-    place = folder.as_posix()
+    place = _named(study, folder)
     rows = [
         [what, ", ".join(f for f in files if (folder / f).exists()) or "not there yet", f"pellet-study {command}"]
         for what, files, command in (
@@ -190,7 +196,7 @@ def _repeat(folder: Path) -> Table:
             (
                 "powder calibration",
                 ("runs.csv", *(f"{stage}/decision.json" for stage in decisions.STAGES)),
-                decisions.command(folder).removeprefix("pellet-study "),
+                decisions.command(folder).removeprefix("pellet-study ").replace(folder.as_posix(), place, 1),
             ),
             ("seed bench tests", ("calibration.csv",), f"bench {place}"),
         )

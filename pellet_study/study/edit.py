@@ -63,8 +63,8 @@ def _without(file: Path, name: str) -> list[str]:
         if header:
             section = header.group(1).replace(" ", "")
             dropping = section == f"effects.{name}"
-        user_code = section == "effects" and re.match(rf"\s*{re.escape(name)}\s*[.=]", line)
-        if not dropping and not user_code:
+        of_effect = section == "effects" and re.match(rf"\s*{re.escape(name)}\s*[.=]", line)
+        if not dropping and not of_effect:
             kept.append(line)
     return kept
 

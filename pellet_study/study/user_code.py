@@ -28,7 +28,10 @@ class Own:
     effects: Mapping[Path, Effect]
 
 
-def catalogue_of(folder: Path, library: Path | None = None) -> Catalogue:
+NOTHING = Own({}, {})
+
+
+def catalogue_of(folder: Path | None, library: Path | None = None) -> Catalogue:
     """The package's rigs and effects and those in `rigs/` and `effects/` of a study, and of a library if one is given.
 
     Raises
@@ -36,8 +39,11 @@ def catalogue_of(folder: Path, library: Path | None = None) -> Catalogue:
     InputError : a file cannot be run, its declaration cannot be used, an effect would not act where it says, or a study
         and its library declare the same name
     """
-    base, study = standard(), _own(folder, "code of the study's own", _refuse_link)
-    shared = Own({}, {}) if library is None else _library(library)
+    base = standard()
+    study = NOTHING if folder is None else _own(folder, "code of the study's own", _refuse_link)
+    shared = NOTHING if library is None else _library(library)
+    if not any((study.rigs, study.effects, shared.rigs, shared.effects)):
+        return base
     _refuse_both("rig", shared.rigs, study.rigs)
     _refuse_both("effect", shared.effects, study.effects)
     rigs, effects = {**shared.rigs, **study.rigs}, {**shared.effects, **study.effects}
