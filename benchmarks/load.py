@@ -62,7 +62,7 @@ def collect(size: int, folder: Path) -> np.ndarray:
     with open(store.table(rig), "wb") as table:
         table.write(b"heading\n")
         for case in cases:
-            row = {**flat({**case, "id": key(case)}), "rebound_height_mm": 7 + case["seed"] / 7, "status": "ok"}
+            row = {**flat({**case, "id": key(case, rig)}), "rebound_height_mm": 7 + case["seed"] / 7, "status": "ok"}
             table.write(sealed(line(row, names)))
     start = clocks()
     found = dispatch.run(cases, folder / "store")

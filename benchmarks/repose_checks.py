@@ -119,8 +119,9 @@ def heaps(name: str, most: int, workers: int | None, stored: bool) -> pd.DataFra
     wanted = cases(name, most)
     if stored:
         with Store(FOLDER / ".store") as store:
-            known = store.rows(on_yade.rig("repose")).index
-        wanted = [each for each in wanted if key(each[2]) in known]
+            rig = on_yade.rig("repose")
+            known = store.rows(rig).index
+        wanted = [each for each in wanted if key(each[2], rig) in known]
     rows = dispatch.run([case for *_, case in wanted], FOLDER / ".store", workers=workers, quiet=True)
     steps = [step(case) for *_, case in wanted]
     told = pd.DataFrame(

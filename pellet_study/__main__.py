@@ -7,7 +7,7 @@ import logging
 import os
 import signal
 import sys
-from contextlib import nullcontext
+from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 import pellet_study
@@ -108,7 +108,7 @@ def _answer(argv: list[str]) -> int:
     return 0
 
 
-def _held(arguments: argparse.Namespace):
+def _held(arguments: argparse.Namespace) -> AbstractContextManager[None]:
     """The study, held where the command edits it."""
     if arguments.command not in EDITING:
         return nullcontext()

@@ -46,15 +46,13 @@ MEASUREMENTS = {
     "a column twice": (cells(",value", ROW + ",1"), ["line 1", "'value'", "2 times"]),
     "an unnamed column": (cells(",", ROW + ",1"), ["line 1", "column ''", "accepted are"]),
     "another case of letters": (cells(head=HEAD.replace("rig", "Rig")), ["line 1", "'Rig'", "'rig'"]),
-    "semicolons": (cells().replace(",", ";"), ["line 1", "semicolons", "commas"]),
-    "semicolons and decimal commas": (
-        HEAD.replace(",", ";") + "\nlayer_on_incline;slip_angle_deg;30,5;20\n",
-        ["semicolons"],
+    "two decimal signs": (
+        HEAD.replace(",", ";") + "\nlayer_on_incline;slip_angle_deg;30,5;20\nlayer_on_incline;slip_angle_deg;30.5;20\n",
+        ["line 3", "'30.5'", "decimal comma"],
     ),
-    "tabs": (cells().replace(",", "\t"), ["line 1", "tabs", "commas"]),
+    "decimal commas between commas": (cells(row=ROW.replace("30", "30,5")), ["line 2", "5 cells", "4"]),
     "a cell too few": (cells(row="layer_on_incline,slip_angle_deg,30"), ["line 2", "3 cells", "4"]),
     "a cell too many": (cells(row=ROW + ",5"), ["line 2", "5 cells", "4"]),
-    "a decimal comma": (cells(row=ROW.replace("30", '"30,5"')), ["line 2", "'30,5'", "point"]),
     "an unknown rig": (
         cells(row=ROW.replace("incline", "inclin")),
         ["line 2", "'layer_on_inclin'", "'layer_on_incline'"],
@@ -108,7 +106,7 @@ MEASUREMENTS = {
     "an error in a late row": (ROWS + ROW.replace("30", "x") + "\n", ["line 5", "'x'"]),
     "all rows held out": (cells(",split", ROW + ",holdout"), ["held out", "split `fit`"]),
     "bytes of a picture": (b"\x89PNG\r\n\x1a\n\0\0\0\rIHDR", ["line 1", "0x89", "UTF-8"]),
-    "UTF-16": (cells().encode("utf-16"), ["line 1", "0xff", "UTF-8"]),
+    "half of UTF-16": (cells().encode("utf-16")[:-1], ["cannot be read", "utf-16"]),
     "Latin-1": (cells(",note", ROW + ",Schüttgut").encode("latin-1"), ["line 2", "0xfc", "UTF-8"]),
 }
 
@@ -241,6 +239,40 @@ def test_other_ways_to_write_the_same_are_accepted(tmp_path, change):
     other = load(folder(tmp_path / "other", toml, change(ROWS)))
     assert [(r.value, r.conditions) for r in other.rows] == [(r.value, r.conditions) for r in one.rows]
     assert other.parameters == one.parameters
+
+
+@pytest.mark.parametrize(
+    "change",
+    [
+        lambda text: text.replace(",", ";").replace(".", ",").encode(),
+        lambda text: text.replace(",", "\t").encode(),
+        lambda text: ("sep=;\r\n" + text.replace(",", ";").replace("\n", ";;\r\n") + ";;;;;\r\n").encode(),
+        lambda text: text.encode("utf-16"),
+        lambda text: text.replace(",", ";").replace(".", ",").encode("utf-16"),
+        lambda text: (text.replace("\n", ",note\n", 1).replace("30.5,20", "30.5,20,堆积角测量")).encode("gbk"),
+        lambda text: text.replace("30.5", '"30,5"').encode(),
+    ],
+    ids=["semicolons", "tabs", "sep=", "UTF-16", "UTF-16 and semicolons", "GBK", "quoted decimal commas"],
+)
+def test_what_other_programs_write_is_read(tmp_path, change):
+    row = ROW.replace("30", "30.5")
+    text = f"{HEAD}\n{row}\n"
+    path = folder(tmp_path / "study", rows=text)
+    (path / "measurements.csv").write_bytes(change(text))
+    rows = load.load(path).rows
+    assert [(r.value, r.conditions["layer_height_mm"]) for r in rows] == [(30.5, 20.0)]
+
+
+def test_a_workbook_of_measurements_is_read(tmp_path):
+    from openpyxl import Workbook
+
+    path = folder(tmp_path / "study", TOML.replace("[", 'measurements = "readings.xlsx"\n[', 1))
+    book = Workbook()
+    for row in ([*HEAD.split(","), "sd"], ["layer_on_incline", "slip_angle_deg", 30.5, 20, "#N/A"]):
+        book.active.append(row)
+    book.save(path / "readings.xlsx")
+    row = load.load(path).rows[0]
+    assert (row.value, row.conditions["layer_height_mm"], row.sd) == (30.5, 20.0, None)
 
 
 def test_notes_keep_what_was_written(tmp_path):

@@ -20,16 +20,17 @@ import pellet_study
 
 PACKAGE = Path(pellet_study.__file__).resolve().parent
 SCRIPTS = PACKAGE.parent / "yade_scripts"
-SIMULATION = "errors output rigs study simulate"
+SIMULATION = "errors output tables rigs study simulate"
 ROOMS = {
     "errors": "",
     "output": "errors",
+    "tables": "errors",
     "rigs": "errors output",
-    "study": "errors output rigs",
+    "study": "errors output tables rigs",
     "simulate": "errors output rigs",
     "model": SIMULATION,
     "criticism": f"{SIMULATION} model",
-    "doe": "errors output",
+    "doe": "errors output tables",
     "paper": "errors output doe",
     "heap": "errors output",
     "bench": f"{SIMULATION} doe paper",

@@ -80,9 +80,9 @@ def calibrate(
     InputError : the study cannot be calibrated so; no folder for the results
     SimulationError : too many heaps failed
     """
-    from pellet_study.powder import Chain, Heaps, Results, plan_of, report
+    from pellet_study.powder import Chain, Results, plan_of, report
     from pellet_study.powder.decisions import STAGES
-    from pellet_study.powder.heaps import FULL
+    from pellet_study.powder.heaps import FULL, Heaps
 
     if until not in STAGES:
         raise InputError(f"until={until!r}: expected one of {', '.join(STAGES)}")
@@ -91,8 +91,12 @@ def calibrate(
         raise InputError("the study has no folder: name one with results=")
     sizes = FULL if repeats is None else replace(FULL, repeats=repeats)
     plan = plan_of(study)
-    heaps = Heaps(plan, folder / ".store", sizes, workers=workers, say=say or (lambda line: None))
+    heaps = Heaps(plan, folder / ".store", sizes, workers=workers, say=say or _unsaid)
     chain = Chain(heaps, Results(plan, folder), after=report.write_summary)
     chain.run(STAGES[: STAGES.index(until) + 1])
     report.write(chain)
     return report.answer(chain.results)
+
+
+def _unsaid(line: str) -> None:
+    """A line a stage, told to nobody."""

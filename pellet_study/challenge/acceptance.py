@@ -83,8 +83,8 @@ def one(kind: str, hidden: str, lam: float, number: int) -> dict | None:
 def run(file: Path, scale: float = 1.0, seconds: float = np.inf, first: int = 0, show: Show | None = None) -> int:
     """Do what is missing from the table, every kind growing alike; returns how many were done."""
     done = {(r["kind"], r["hidden"], float(r["lambda"]), int(r["number"])) for r in read(file)}
-    jobs = [(k / n, kind, hidden, lam, first + k) for kind, hidden, lam, n in plan(scale) for k in range(n)]
-    jobs = [job[1:] for job in sorted(jobs, key=lambda j: j[0]) if job[1:] not in done]
+    planned = [(k / n, (kind, hidden, lam, first + k)) for kind, hidden, lam, n in plan(scale) for k in range(n)]
+    jobs = [job for _, job in sorted(planned, key=lambda entry: entry[0]) if job not in done]
     return resume(file, COLUMNS, jobs, one, seconds, show)
 
 
@@ -133,15 +133,20 @@ class _Chosen:
 def _nothing_or_weak(of: _Chosen) -> list[Figure]:
     """False alarms, and what is noticed of weak effects."""
     scattered = "nothing hidden, set-up scatter of one standard error"
-    five = {"most": 0.05, "bound": 0.08}
     return [
-        *share("nothing hidden: an effect named", of("nothing"), names, **five),
-        *share("nothing hidden: any verdict but adequate", of("nothing"), noticed, **five),
+        *share("nothing hidden: an effect named", of("nothing"), names, most=0.05, bound=0.08),
+        *share("nothing hidden: any verdict but adequate", of("nothing"), noticed, most=0.05, bound=0.08),
         *share(f"{scattered}: an effect named", of("nothing, set-up scatter"), names, most=0.1),
         *share(f"{scattered}: gate opens", of("nothing, set-up scatter"), gate_opens, most=0.1),
         *share("lambda 4: noticed", of("one", 4.0), noticed, least=0.88),
         *share("lambda 6: noticed", of("one", 6.0), noticed, least=0.98),
-        *share(f"nothing hidden, {KNOWN}: any verdict but adequate", of("nothing, sd stated"), noticed, **five),
+        *share(
+            f"nothing hidden, {KNOWN}: any verdict but adequate",
+            of("nothing, sd stated"),
+            noticed,
+            most=0.05,
+            bound=0.08,
+        ),
         *share(f"lambda 4, {KNOWN}: noticed", of("one, sd stated", 4.0), noticed, least=0.88),
     ]
 

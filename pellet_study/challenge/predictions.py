@@ -20,7 +20,7 @@ from pellet_study.criticism.least_squares import fit, problem_of
 from pellet_study.criticism.refine import refine
 from pellet_study.errors import InputError
 from pellet_study.model.model import Model
-from pellet_study.model.surrogate import Simulated
+from pellet_study.model.surrogate import Surrogate
 
 LAMBDAS = (4.0, 6.0, 8.0)
 SHARES = (1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12)  # of its physical range at which an effect is tried
@@ -33,7 +33,7 @@ class Stored:
     def __init__(self, store: Path, workers: int | None = None, candidates=None, of: Demonstration = BENCH):
         self.of = of
         self.study = of.study(of.rows([np.array([1.0, 2.0])] * len(of.conditions)), candidates)
-        self.engine = Simulated(self.study, store, workers)
+        self.engine = Surrogate(self.study, store, workers)
         self.engines = dict.fromkeys(of.observables, self.engine)
         self.model = Model(self.study, engines=self.engines)
         self._sizes: dict[tuple, float | None] = {}

@@ -22,9 +22,10 @@ def figures(rows: Sequence[Row], strong: Callable[[Row], bool]) -> list[Figure]:
     one = [r for r in rows if r["kind"] == "one"]
     outside = [r for r in rows if r["kind"] == "outside"]
     eight = [r for r in one if strong(r)]
-    five = {"most": 0.05, "bound": 0.08, "aim": "<= 5 %, bound < 8 %"}
-    found = held("nothing hidden: an effect named", nothing, names, **five)
-    found += held("nothing hidden: any verdict but adequate", nothing, noticed, **five)
+    found = held("nothing hidden: an effect named", nothing, names, most=0.05, bound=0.08, aim="<= 5 %, bound < 8 %")
+    found += held(
+        "nothing hidden: any verdict but adequate", nothing, noticed, most=0.05, bound=0.08, aim="<= 5 %, bound < 8 %"
+    )
     for lam, least in ((4, 0.88), (6, 0.98)):
         found += held(f"lambda {lam}: noticed", [r for r in one if abs(_strength(r) - lam) < 0.7], noticed, least=least)
     found += held("lambda 8 and more: truth unique or in the tie", eight, inside, least=0.97)

@@ -4,7 +4,7 @@ Strength is lambda, the square root of the chi2 that the base model, calibrated,
 the effect: how many standard errors of misfit remain once the free constants have absorbed what they can.
 """
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 
@@ -20,8 +20,11 @@ from pellet_study.criticism.refine import Refinement, refine
 from pellet_study.model.closed_form import ClosedForm
 from pellet_study.model.engine import Request
 from pellet_study.model.model import Model
-from pellet_study.rigs.catalogue import Acting
+from pellet_study.rigs.declared import Acting
+from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import Study
+
+Seed = int | Sequence[int]  # of numpy's default_rng
 
 
 @dataclass(frozen=True)
@@ -127,7 +130,7 @@ def noisy_rows(
     tau: float = 0.0,
     held_out: frozenset[int] = frozenset(),
     stated: bool = False,
-):
+) -> list[Measurement]:
     """Rows of a campaign: five readings a condition, and a set-up scatter of `tau` standard errors that they share.
 
     The sd of a row is that of its five readings; with `stated`, it follows the known rule (share of the reading and
@@ -172,7 +175,7 @@ def outcome(answer: Refinement, truth: Truth | None) -> Outcome:
 
 
 def trial(
-    truth: Truth, seed, tau: float = 0.0, held_out: frozenset[int] = frozenset(), stated: bool = False
+    truth: Truth, seed: Seed, tau: float = 0.0, held_out: frozenset[int] = frozenset(), stated: bool = False
 ) -> Outcome:
     """One sealed trial."""
     rows = noisy_rows(truth.readings, np.random.default_rng(seed), tau, held_out, stated)
@@ -187,13 +190,13 @@ def trial(
 NOTHING = Truth({}, 0.0, readings_of({}))
 
 
-def trial_next(truth: Truth, seed, at_random: bool = False) -> tuple[Outcome, str]:
+def trial_next(truth: Truth, seed: Seed, at_random: bool = False) -> tuple[Outcome, str]:
     """A trial with the one measurement proposed (or one drawn from the same list) added, and that measurement's rig.
 
     Where none is proposed, the trial without it.
     """
     from pellet_study.challenge.twins import measurement
-    from pellet_study.criticism.next_measurement import possible_cases
+    from pellet_study.criticism.possible import possible_cases
 
     rng = np.random.default_rng(seed)
     rows = noisy_rows(truth.readings, rng)

@@ -4,12 +4,14 @@ Forty conditions as in a real campaign: 14 rebounds (7 heights, 2 seeds), 5 slip
 3 lengths), 12 heaps (4 sizes, 3 fall heights). A seed is a sphere here, its diameter the seed's length.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from functools import cache
+from typing import Any
 
 import numpy as np
 
-from pellet_study.rigs.catalogue import Catalogue, Effect, Rig
+from pellet_study.rigs.catalogue import Catalogue
+from pellet_study.rigs.declared import Effect, Rig
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import Setting, Study
 
@@ -17,32 +19,33 @@ GRAVITY, AIR, SEED = 9.81, 1.2, 1250.0  # m/s2, kg/m3, kg/m3
 MODULUS = 1e7  # Pa, reduced modulus in the sticking speed
 REFERENCE_MM = 2.0  # seed whose weight is the unit of adhesion
 NODES, WEIGHTS = np.polynomial.legendre.leggauss(8)
+Values = Mapping[str, np.ndarray]  # numbers and arrays that broadcast: points down, rows across
 NODES, WEIGHTS = 0.5 * (NODES + 1), 0.5 * WEIGHTS
 SLOPE_STEPS = 4
 
 
-def _mass(d):
+def _mass(d: Any) -> Any:
     """Mass of a seed of diameter d (m), kg."""
     return SEED * np.pi * d**3 / 6
 
 
-def _of(effects: Mapping, name: str, parameter: str, absent: float = 0.0):
+def _of(effects: Mapping, name: str, parameter: str, absent: float = 0.0) -> Any:
     """Value of an effect's parameter, its neutral value where it is absent."""
     return effects[name].values[parameter] if name in effects else absent
 
 
-def _pull(effects: Mapping):
+def _pull(effects: Mapping) -> Any:
     """Pull-off force of the reference seed, N; in proportion to the diameter for others (JKR)."""
     weights = _of(effects, "adhesion", "pull_off_weights")
     return weights * _mass(1e-3 * REFERENCE_MM) * GRAVITY
 
 
-def _drag(effects: Mapping, d):
+def _drag(effects: Mapping, d: Any) -> Any:
     """c in dv/dt = -c v^2, 1/m: 3 rho_air Cd / (4 rho d)."""
     return 0.75 * AIR * _of(effects, "air_drag", "drag_coefficient") / (SEED * d)
 
 
-def rebound(parameters, conditions, effects):
+def rebound(parameters: Values, conditions: Values, effects: Mapping) -> dict[str, np.ndarray]:
     """Rebound height, mm: e(v)^2 v^2/(2 g), with drag on the way down and up."""
     height, d = 1e-3 * conditions["drop_height_mm"], 1e-3 * conditions["seed_length_mm"]
     c = np.maximum(_drag(effects, d), 1e-9)
@@ -63,7 +66,7 @@ def rebound(parameters, conditions, effects):
     return {"rebound_height_mm": 1e3 * rise + _of(effects, "reading_offset", "offset_mm")}
 
 
-def slope_slip(parameters, conditions, effects):
+def slope_slip(parameters: Values, conditions: Values, effects: Mapping) -> dict[str, np.ndarray]:
     """Slip angle, deg: tan a = mu (1 + F/N), N = (m + load) g cos a."""
     d = 1e-3 * conditions["seed_length_mm"]
     load = _mass(d) + 1e-6 * conditions["added_mass_mg"]
@@ -78,7 +81,7 @@ def slope_slip(parameters, conditions, effects):
     return {"slip_angle_deg": np.degrees(angle + np.arcsin(share))}
 
 
-def inclined_roll(parameters, conditions, effects):
+def inclined_roll(parameters: Values, conditions: Values, effects: Mapping) -> dict[str, np.ndarray]:
     """Roll-out distance, mm: speed at the foot of the slope, then the energy spent along the plate."""
     slope, length = np.radians(conditions["slope_deg"]), 1e-3 * conditions["release_distance_mm"]
     d = 1e-3 * conditions["seed_length_mm"]
@@ -90,7 +93,7 @@ def inclined_roll(parameters, conditions, effects):
     rolling = 10 / 7 * GRAVITY * mu * (np.cos(slope) + pull)
     push, faster, drag = 10 / 7 * GRAVITY * np.sin(slope) - rolling, rolling * slower, 10 / 7 * c
 
-    def gain(u):
+    def gain(u: np.ndarray) -> np.ndarray:
         return push - faster * np.sqrt(np.maximum(u, 0)) - drag * u
 
     u, h = 0.0 * (mu + length), length / SLOPE_STEPS
@@ -111,7 +114,7 @@ def inclined_roll(parameters, conditions, effects):
     return {"roll_distance_mm": 1e3 * distance}
 
 
-def repose(parameters, conditions, effects):
+def repose(parameters: Values, conditions: Values, effects: Mapping) -> dict[str, np.ndarray]:
     """Repose angle, deg: a constant, and what size and fall height make of it."""
     d, fall = conditions["particle_diameter_um"] / 200.0, conditions["outlet_height_mm"] / 50.0
     bond = _of(effects, "cohesion", "bond_number") + _of(effects, "liquid_bridges", "bridge_number")
@@ -125,7 +128,7 @@ def repose(parameters, conditions, effects):
 SIZES_UM = (100.0, 150.0, 230.0, 350.0)
 
 
-def _quantity(default, low, high, unit="1", meaning=""):
+def _quantity(default: float, low: float, high: float, unit: str = "1", meaning: str = "") -> dict[str, Any]:
     return {"default": default, "min": low, "max": high, "unit": unit, "meaning": meaning}
 
 
@@ -178,7 +181,9 @@ TRUTH = {
 }
 
 
-def _effect(name, parameter, high, rigs, sides=1, low=0.0, widest=4.0):
+def _effect(
+    name: str, parameter: str, high: float, rigs: Sequence[str], sides: int = 1, low: float = 0.0, widest: float = 4.0
+) -> Effect:
     return Effect(
         name=name,
         means="",
@@ -257,23 +262,23 @@ def conditions() -> tuple[tuple[str, str, Mapping[str, float]], ...]:
     return tuple((rig, next(iter(RIGS[rig].observables)), c) for rig, c in found)
 
 
-def reading_sd(rig: str, value):
+def reading_sd(rig: str, value: Any) -> Any:
     """Standard deviation of one reading."""
     share, floor = NOISE[rig]
     return np.hypot(share * value, floor)
 
 
 def measurement(
-    rig: str, observable: str, given: Mapping[str, float], readings, line: int = 0, split: str = "fit"
+    rig: str, observable: str, given: Mapping[str, float], readings: Iterable[float], line: int = 0, split: str = "fit"
 ) -> Measurement:
     """A row from its readings."""
-    readings = np.asarray(readings, dtype=float)
+    read = np.asarray(readings, dtype=float)
     return Measurement(
         rig,
         observable,
-        float(readings.mean()),
-        float(readings.std(ddof=1)),
-        len(readings),
+        float(read.mean()),
+        float(read.std(ddof=1)),
+        len(read),
         given,
         {},
         "",
@@ -284,7 +289,9 @@ def measurement(
     )
 
 
-def study(rows, effects: Mapping[str, Mapping[str, float]] | None = None, outside: bool = False) -> Study:
+def study(
+    rows: Iterable[Measurement], effects: Mapping[str, Mapping[str, float]] | None = None, outside: bool = False
+) -> Study:
     """The study a user would make of twin measurements: the four constants free, and no effect unless given."""
     free = {
         name: Setting(q["default"], q["min"], q["max"]) for rig in RIGS.values() for name, q in rig.parameters.items()

@@ -14,6 +14,8 @@ import sys
 from pathlib import Path
 
 from pellet_study.challenge import acceptance, counting, resume
+from pellet_study.challenge.demonstration import Demonstration
+from pellet_study.challenge.resume import Show
 from pellet_study.output.terminal import done, folded, say
 
 
@@ -34,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict:
     """Do what is missing, write the tables, print the figures beside their aims."""
     arguments.study.mkdir(parents=True, exist_ok=True)
-    show = None
+    show: Show | None = None
     if sys.stderr.isatty():
         from tqdm import tqdm
 
@@ -59,7 +61,7 @@ def _command(arguments: argparse.Namespace) -> str:
     return f"pellet-study challenge {arguments.study} --on {arguments.on} --scale {arguments.scale:g}"
 
 
-def _twins(arguments: argparse.Namespace, show) -> dict:
+def _twins(arguments: argparse.Namespace, show: Show | None) -> dict:
     file = arguments.study / "twins.csv"
     acceptance.run(file, arguments.scale, 60 * arguments.minutes, arguments.first, show)
     rows = resume.read(file)
@@ -67,7 +69,7 @@ def _twins(arguments: argparse.Namespace, show) -> dict:
     return acceptance.as_json(rows)
 
 
-def _predictions(arguments: argparse.Namespace, show) -> dict:
+def _predictions(arguments: argparse.Namespace, show: Show | None) -> dict:
     from pellet_study.challenge import predictions, tables
 
     stored = predictions.Stored(arguments.study / ".store")
@@ -77,19 +79,19 @@ def _predictions(arguments: argparse.Namespace, show) -> dict:
     return _answer(rows, tables.write_predictions(rows, arguments.study, _command(arguments)))
 
 
-def _yade(arguments: argparse.Namespace, show) -> dict:
+def _yade(arguments: argparse.Namespace, show: Show | None) -> dict:
     from pellet_study.challenge import seeds, tables
 
     return _sealed(arguments, show, seeds.BENCH, tables.BENCH_TRIALS)
 
 
-def _heaps(arguments: argparse.Namespace, show) -> dict:
+def _heaps(arguments: argparse.Namespace, show: Show | None) -> dict:
     from pellet_study.challenge import heaps, tables
 
     return _sealed(arguments, show, heaps.HEAPS, tables.HEAP_TRIALS)
 
 
-def _sealed(arguments: argparse.Namespace, show, of, text: str) -> dict:
+def _sealed(arguments: argparse.Namespace, show: Show | None, of: Demonstration, text: str) -> dict:
     from pellet_study.challenge import sealed, tables
 
     folder, count = arguments.study, max(1, round(arguments.scale * len(of.kinds())))

@@ -1,13 +1,19 @@
 """`pellet-study doctor`: what is installed, which YADE, whether its contact laws pass their checks."""
 
+from __future__ import annotations
+
 import argparse
 import importlib.metadata
 import platform
 import tempfile
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 from pellet_study.errors import StudyError
 from pellet_study.output.terminal import done
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 EPILOG = """\
 examples:
@@ -30,7 +36,12 @@ def run(arguments: argparse.Namespace) -> dict:
     from pellet_study import __version__
     from pellet_study.simulate import dispatch, law_checks, yade
 
-    answer = {"pellet_study": __version__, "python": platform.python_version(), "yade": None, "version": None}
+    answer: dict[str, Any] = {
+        "pellet_study": __version__,
+        "python": platform.python_version(),
+        "yade": None,
+        "version": None,
+    }
     answer["packages"] = {name: importlib.metadata.version(name) for name in PACKAGES}
     print(f"pellet-study {__version__}, Python {answer['python']}, {dispatch.cores()} cores")
     print("  " + ", ".join(f"{name} {version}" for name, version in answer["packages"].items()))
@@ -40,6 +51,9 @@ def run(arguments: argparse.Namespace) -> dict:
         print(f"YADE: {error}")
         return {**answer, "ok": False, "checks": []}
     print(f"YADE {answer['version']}: {answer['yade']}")
+    answer["lacks"] = yade.lacks()
+    for what, cost in answer["lacks"].items():
+        print(f"  this build lacks {what}: {cost}")
     if arguments.results is None:
         with tempfile.TemporaryDirectory() as folder:
             table = _law_checks(Path(folder) / ".store", quick=True)
@@ -61,10 +75,10 @@ def run(arguments: argparse.Namespace) -> dict:
     return {**answer, "ok": broken.empty, "checks": table.astype(object).where(table.notna(), None).to_dict("records")}
 
 
-def _law_checks(store: Path, quick: bool):
-    from pellet_study.simulate import dispatch, law_checks
+def _law_checks(store: Path, quick: bool) -> pd.DataFrame:
+    from pellet_study.simulate import dispatch, law_cases, law_checks
 
-    return law_checks.table(dispatch.run(law_checks.cases(quick=quick), store))
+    return law_checks.table(dispatch.run(law_cases.cases(quick=quick), store))
 
 
 def _full(folder: Path) -> None:
@@ -77,5 +91,5 @@ def _full(folder: Path) -> None:
         print(found.round(4).to_string(index=False, max_colwidth=40), end="\n\n")
 
 
-def _write(table, file: Path) -> None:
+def _write(table: pd.DataFrame, file: Path) -> None:
     table.to_csv(file, index=False, lineterminator="\n", float_format="%.6g")

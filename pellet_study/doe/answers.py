@@ -5,11 +5,13 @@ from dataclasses import asdict, fields, is_dataclass
 import numpy as np
 import pandas as pd
 
+from pellet_study.doe.blocks import offsets
 from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.linear_model import Interval
 from pellet_study.doe.optimum import TargetSet
 from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.plackett_burman import vif as screening_vif
+from pellet_study.doe.published_designs import design_of
 from pellet_study.doe.steepest_climb import Climb, Turning
 from pellet_study.doe.validation import Equivalence
 
@@ -48,10 +50,19 @@ def _common(analysis: Screening | Surface) -> dict:
         "alpha": analysis.alpha,
         "saturated": analysis.saturated,
         "runs": len(analysis.table.response),
+        "design": design_of(analysis.table),
         "response": str(analysis.table.response.name),
         "factors": [asdict(factor) for factor in analysis.table.factors],
         "lenth": analysis.lenth,
+        "blocks": _blocks(analysis),
+        "left_out": analysis.table.left_out,
     }
+
+
+def _blocks(analysis: Screening | Surface) -> dict[str, dict[str, float]]:
+    """{column: {block: its level above the mean of the blocks}}."""
+    columns = dict(zip(analysis.model.columns, analysis.model.results.params, strict=True))
+    return offsets(analysis.table.blocks, columns)
 
 
 def screening_answer(screening: Screening) -> dict:

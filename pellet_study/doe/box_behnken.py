@@ -14,6 +14,8 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from pellet_study.doe.blocks import columns_of_blocks
+from pellet_study.doe.composite import composite_matrix
 from pellet_study.doe.design_table import DesignTable
 from pellet_study.doe.factors import Factor, physical_design
 from pellet_study.doe.lenth import Lenth, lenth
@@ -21,6 +23,7 @@ from pellet_study.doe.linear_model import (
     INTERCEPT,
     LinearFit,
     anova_row,
+    block_rows,
     fit,
     near_zero,
     physical_coefficients,
@@ -30,6 +33,7 @@ from pellet_study.doe.linear_model import (
     type_three,
     variance_inflation,
 )
+from pellet_study.doe.published_designs import box_behnken_matrix
 from pellet_study.errors import InputError
 
 BOX_COX_RANGE = (-5.0, 5.0)
@@ -39,12 +43,12 @@ PREDICTED_R2_GAP = 0.2
 
 # ----------------------------------------------------------------------------------------------------- design
 def coded_matrix(n_factors: int, centre_points: int = 5, face_centred: bool = False) -> np.ndarray:
-    """Coded design (n_runs, n_factors) of pyDOE3: Box-Behnken, or face-centred central composite.
+    """Coded design (n_runs, n_factors): Box-Behnken as published, or face-centred central composite.
 
     Parameters
     ----------
     n_factors : int
-        3 to 12 for Box-Behnken (it has no corners), 2 to 8 for face-centred (for those who need them).
+        See `box_behnken_matrix`, which has no corners, and `composite_matrix`, for those who need them.
     centre_points : int
         Runs at the middle, 1 or more; without replicates of it there is no pure error.
     face_centred : bool
@@ -54,17 +58,9 @@ def coded_matrix(n_factors: int, centre_points: int = 5, face_centred: bool = Fa
     InputError
         If the number of factors or of centre points is out of range.
     """
-    low, high = (2, 8) if face_centred else (3, 12)
-    kind = "face-centred central composite" if face_centred else "Box-Behnken"
-    if not low <= n_factors <= high:
-        raise InputError(f"{n_factors} factors were asked for: expected {low} to {high} for a {kind} design")
-    if centre_points < 1:
-        raise InputError(f"{centre_points} centre points were asked for: expected 1 or more")
-    import pyDOE3
-
     if face_centred:
-        return np.asarray(pyDOE3.ccdesign(n_factors, center=(0, centre_points), face="ccf"), dtype=float) + 0.0
-    return np.asarray(pyDOE3.bbdesign(n_factors, center=centre_points), dtype=float) + 0.0
+        return composite_matrix(n_factors, "face", centre_points)[0]
+    return box_behnken_matrix(n_factors, centre_points)
 
 
 def design(factors: list[Factor], centre_points: int = 5, face_centred: bool = False) -> pd.DataFrame:
@@ -75,11 +71,16 @@ def design(factors: list[Factor], centre_points: int = 5, face_centred: bool = F
 # --------------------------------------------------------------------------------------------------- analysis
 @dataclass(frozen=True)
 class BoxCox:
-    """Maximum likelihood power of the response and its confidence interval (None: beyond -5 or 5)."""
+    """Maximum likelihood power of the response and its confidence interval at `level` (None: beyond -5 or 5).
 
-    power: float
+    `beyond` is 5 or -5 where the likelihood still rises there: there is no power then, and no transformation helps.
+    """
+
+    power: float | None
     low: float | None
     high: float | None
+    beyond: float | None = None
+    level: float = 0.95
 
     @property
     def transformation_needed(self) -> bool:
@@ -200,7 +201,7 @@ def analyse(table: DesignTable, alpha: float = 0.05) -> Surface:
 
 def fit_surface(table: DesignTable, terms: dict[str, tuple[int, ...]], alpha: float = 0.05) -> Surface:
     """Fit the given terms (see `linear_model.quadratic_terms`) and everything that is read off the fit."""
-    model = fit(table.names, terms, table.coded, table.response)
+    model = fit(table.names, terms, table.coded, table.response, columns_of_blocks(table.blocks))
     rows, lack_of_fit_p, pure_df = _anova(table, model)
     total = float(np.sum((model.response - model.response.mean()) ** 2))
     variance, squares = model.mean_square_error, press(model)
@@ -223,7 +224,7 @@ def fit_surface(table: DesignTable, terms: dict[str, tuple[int, ...]], alpha: fl
         adequate_precision=_adequate_precision(model),
         lack_of_fit_p=lack_of_fit_p,
         pure_error_df=pure_df,
-        vif=variance_inflation(model),
+        vif={name: value for name, value in variance_inflation(model).items() if name in terms},
         runs=_diagnostics(model),
         normality=_normality(model),
         box_cox=box_cox(model, alpha) if variance else None,
@@ -235,12 +236,13 @@ def fit_surface(table: DesignTable, terms: dict[str, tuple[int, ...]], alpha: fl
 def _anova(table: DesignTable, model: LinearFit) -> tuple[list[dict], float | None, int]:
     """ANOVA rows in the order of the paper's Table 13, p of the lack of fit, df of the pure error."""
     error = (model.mean_square_error, model.df_residual)
-    sums = type_three(model)
+    sums = {name: value for name, value in type_three(model).items() if name in model.terms}
     total = float(np.sum((model.response - model.response.mean()) ** 2))
-    rows = [anova_row("model", total - model.ss_residual, len(sums), *error)]
+    rows, between = block_rows(table.blocks, model)
+    rows.append(anova_row("model", total - between - model.ss_residual, len(sums), *error))
     rows += [anova_row(name, value, 1, *error) for name, value in sums.items()]
     rows.append(anova_row("residual", model.ss_residual, model.df_residual))
-    pure_ss, pure_df = pure_error(table.coded, table.response)
+    pure_ss, pure_df = pure_error(table.coded, table.response, table.blocks)
     lack_of_fit_p = None
     if pure_df:
         lack_ss, lack_df = max(model.ss_residual - pure_ss, 0.0), model.df_residual - pure_df
@@ -264,14 +266,14 @@ def _diagnostics(model: LinearFit) -> Runs:
 
     A run with leverage 1 is fitted exactly whatever it reads, and has neither R-student nor Cook's D (NaN).
     """
-    leverage, residuals = model.leverage(model.coded), model.residuals
+    leverage, residuals = model.run_leverage, model.residuals
     variance, df = model.mean_square_error, model.df_residual
     if not variance or df < 2:
         return Runs(model.fitted, residuals, None, leverage, None)
     left = np.where(leverage > 1 - 1e-9, np.nan, 1 - leverage)
     deleted = (model.ss_residual - residuals**2 / left) / (df - 1)
     deleted = np.where(deleted > 0, deleted, np.nan)
-    cook = residuals**2 * leverage / (len(model.terms) * variance * left**2)
+    cook = residuals**2 * leverage / (len(model.columns) * variance * left**2)
     return Runs(model.fitted, residuals, residuals / np.sqrt(deleted * left), leverage, cook)
 
 
@@ -311,12 +313,15 @@ def box_cox(model: LinearFit, alpha: float = 0.05) -> BoxCox | None:
 
     low, high = BOX_COX_RANGE
     best = minimize_scalar(lambda power: -log_likelihood(power), bounds=(low, high), method="bounded").x
+    beyond = next((end for end in (low, high) if log_likelihood(end) >= log_likelihood(best)), None)
+    if beyond is not None:
+        return BoxCox(None, None, None, beyond, 1 - alpha)
     limit = log_likelihood(best) - chdtri(1, alpha) / 2
-    ends = []
-    for end in (low, high):
-        inside = log_likelihood(end) < limit
-        ends.append(float(brentq(lambda power: log_likelihood(power) - limit, best, end)) if inside else None)
-    return BoxCox(float(best), *ends)
+    below, above = (
+        float(brentq(lambda power: log_likelihood(power) - limit, best, end)) if log_likelihood(end) < limit else None
+        for end in (low, high)
+    )
+    return BoxCox(float(best), below, above, level=1 - alpha)
 
 
 def _stationary(model: LinearFit) -> Stationary | None:
@@ -337,7 +342,7 @@ def _stationary(model: LinearFit) -> Stationary | None:
 
 def _scaled(model: LinearFit) -> dict[str, float]:
     """Coefficients of equal variance, the intercept left out."""
-    scaled = np.asarray(model.results.params) / np.sqrt(np.diag(model.inverse))
+    scaled = (np.asarray(model.results.params) / np.sqrt(np.diag(model.inverse)))[: len(model.terms)]
     return dict(zip(list(model.terms)[1:], map(float, scaled[1:]), strict=True))
 
 

@@ -14,6 +14,7 @@ from itertools import combinations
 import numpy as np
 import pandas as pd
 
+from pellet_study.doe.blocks import sum_of_squares
 from pellet_study.errors import InputError
 
 INTERCEPT = "1"
@@ -137,6 +138,11 @@ class LinearFit:
         points, size = columns_of(coded, self.terms), len(self.terms)
         return np.einsum("ij,jk,ik->i", points, self.inverse[:size, :size], points)
 
+    @property
+    def run_leverage(self) -> np.ndarray:
+        """Leverages (n_runs,) of the runs fitted, all columns counted."""
+        return np.einsum("ij,jk,ik->i", self.matrix, self.inverse, self.matrix)
+
     def gradient(self, coded) -> np.ndarray:
         """Slopes of the predicted response (n_points, n_factors), per coded unit."""
         coded = np.atleast_2d(np.asarray(coded, dtype=float))
@@ -150,13 +156,14 @@ class LinearFit:
 
 @dataclass(frozen=True)
 class Interval:
-    """A predicted response, its confidence interval (mean) and prediction interval (one run)."""
+    """A predicted response, its confidence interval (mean) and prediction interval (one run), both at `level`."""
 
     predicted: float
     standard_error: float | None
     confidence: tuple[float, float] | None
     prediction: tuple[float, float] | None
     extrapolation: bool
+    level: float = 0.95
 
 
 def fit(names, terms, coded, response, extra=None) -> LinearFit:
@@ -232,14 +239,27 @@ def anova_row(source, sum_of_squares, df, variance=None, df_error=0) -> dict:
     }
 
 
-def pure_error(coded, response) -> tuple[float, int]:
-    """Sum of squares and degrees of freedom within replicated runs; exactly 0 where they differ by rounding only."""
+def pure_error(coded, response, blocks=()) -> tuple[float, int]:
+    """Sum of squares and degrees of freedom within replicated runs; exactly 0 where they differ by rounding only.
+
+    Runs of different blocks are no replicates of each other.
+    """
     response = np.asarray(response, dtype=float)
-    groups = pd.Series(response).groupby([pd.Series(c).round(6) for c in np.asarray(coded).T])
+    labels = [pd.Series(block.labels) for block in blocks]
+    groups = pd.Series(response).groupby([pd.Series(c).round(6) for c in np.asarray(coded).T] + labels)
     within = response - groups.transform("mean").to_numpy()
     differ = np.abs(within).max() > 1e-12 * np.abs(response).max()
     squares = float(((groups.count() - 1) * groups.var(ddof=1).fillna(0)).sum()) if differ else 0.0
     return squares, int((groups.count() - 1).sum())
+
+
+def block_rows(blocks, model: LinearFit) -> tuple[list[dict], float]:
+    """The ANOVA's line of the blocks, fitted before the factors, and its sum of squares; none without blocks."""
+    squares, df = sum_of_squares(blocks, model.response)
+    if not df:
+        return [], 0.0
+    name = "blocks" if len(blocks) > 1 else f"block {blocks[0].name}"
+    return [anova_row(name, squares, df, model.mean_square_error, model.df_residual)], squares
 
 
 def near_zero(mean: float, response) -> bool:
@@ -252,12 +272,12 @@ def press(model: LinearFit) -> float | None:
 
     A single centre point is fitted exactly by its own curvature column and is left out of the sum.
     """
-    leverage = np.einsum("ij,jk,ik->i", model.matrix, model.inverse, model.matrix)
+    leverage = model.run_leverage
     exact = leverage > 1 - 1e-9
     absorbed = np.zeros(len(leverage), bool)
-    for column in model.extra.values():
-        if column.sum() == 1:
-            absorbed |= column.astype(bool)
+    single = model.extra.get(CURVATURE)
+    if single is not None and single.sum() == 1:
+        absorbed |= single.astype(bool)
     if (exact & ~absorbed).any():
         return None
     return float(np.sum((model.residuals[~absorbed] / (1 - leverage[~absorbed])) ** 2))
@@ -281,11 +301,11 @@ def interval(model: LinearFit, coded, alpha: float = 0.05) -> Interval:
     predicted, leverage = float(model.predict(coded)[0]), float(model.leverage(coded)[0])
     extrapolation = leverage > float(model.leverage(model.coded).max()) + 1e-9
     if model.mean_square_error is None:
-        return Interval(predicted, None, None, None, extrapolation)
+        return Interval(predicted, None, None, None, extrapolation, 1 - alpha)
     t = stdtrit(model.df_residual, 1 - alpha / 2)
     mean, single = (np.sqrt(model.mean_square_error * (leverage + extra)) for extra in (0, 1))
-    bounds = [(float(predicted - t * width), float(predicted + t * width)) for width in (mean, single)]
-    return Interval(predicted, float(mean), *bounds, extrapolation)
+    of_mean, of_run = ((float(predicted - t * width), float(predicted + t * width)) for width in (mean, single))
+    return Interval(predicted, float(mean), of_mean, of_run, extrapolation, 1 - alpha)
 
 
 # --------------------------------------------------------------------------------------------- physical units

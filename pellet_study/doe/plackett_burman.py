@@ -13,6 +13,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
+from pellet_study.doe.blocks import columns_of_blocks
 from pellet_study.doe.design_table import DesignTable
 from pellet_study.doe.factors import Factor, physical_design
 from pellet_study.doe.lenth import Lenth, _unused_contrasts, lenth
@@ -20,6 +21,7 @@ from pellet_study.doe.linear_model import (
     CURVATURE,
     LinearFit,
     anova_row,
+    block_rows,
     columns_of,
     fit,
     interaction_terms,
@@ -96,7 +98,33 @@ def coded_matrix(n_factors: int, runs: int | None = None, centre_points: int = 0
 
 def design(factors: list[Factor], runs: int | None = None, centre_points: int = 0) -> pd.DataFrame:
     """The design in the physical units of its factors: one column per factor; see `coded_matrix`."""
-    return physical_design(coded_matrix(len(factors), runs, centre_points), factors)
+    return physical_design(with_words(coded_matrix(len(factors), runs, centre_points), factors), factors)
+
+
+def with_words(coded: np.ndarray, factors: list[Factor], n_blocks: int = 1) -> np.ndarray:
+    """The design with centre points spread over the levels of its categorical factors, which have no middle.
+
+    Those of different blocks (every `n_blocks`-th is in the same one) are spread alike.
+
+    Raises
+    ------
+    InputError
+        If a categorical factor has more than two levels, or there are centre points and no other factor.
+    """
+    many = [factor.name for factor in factors if len(factor.levels) > 2]
+    if many:
+        raise InputError(
+            f"factor {many[0]!r} has more than two levels: a two-level design takes the two of most interest, written "
+            f"{many[0]}=one,other"
+        )
+    categorical = [i for i, factor in enumerate(factors) if factor.levels]
+    centre = np.flatnonzero(~coded.any(axis=1))
+    if len(centre) and len(categorical) == len(factors):
+        raise InputError("all factors are categorical, so there is no centre: leave --centre out")
+    coded = coded.copy()
+    for place, i in enumerate(categorical):
+        coded[centre, i] = np.where(np.arange(len(centre)) // n_blocks >> place & 1, 1.0, -1.0)
+    return coded
 
 
 @dataclass(frozen=True)
@@ -188,6 +216,7 @@ def analyse(table: DesignTable, alpha: float = 0.05, power: float = 0.8) -> Scre
     """
     centre = _centre_points(table)
     extra = {CURVATURE: centre.astype(float)} if centre.any() else {}
+    extra |= columns_of_blocks(table.blocks)
     model = fit(table.names, linear_terms(table.names), table.coded, table.response, extra)
     sums = type_three(model)
     factor_sums = {name: sums[name] for name in table.names}
@@ -196,7 +225,7 @@ def analyse(table: DesignTable, alpha: float = 0.05, power: float = 0.8) -> Scre
     total = float(np.sum((model.response - model.response.mean()) ** 2))
     effects = {name: 2 * model.coefficients[name] for name in table.names}
     inflation = _inflation(model, centre)
-    noise = _unused_contrasts(table, centre)
+    noise = [] if table.blocks else _unused_contrasts(table, centre)
     return Screening(
         table=table,
         model=model,
@@ -210,7 +239,7 @@ def analyse(table: DesignTable, alpha: float = 0.05, power: float = 0.8) -> Scre
         anova=rows,
         lenth=lenth(list(effects.values()) + noise, alpha, bool(noise) or model.df_residual == 0),
         noise_contrasts=noise,
-        pure_error_df=pure_error(table.coded, table.response)[1],
+        pure_error_df=pure_error(table.coded, table.response, table.blocks)[1],
         curvature=_curvature(model, rows),
         detectable_effects=_detectable(model, alpha, power),
         aliases=aliases(table.names, table.coded.to_numpy()[~centre]),
@@ -223,12 +252,15 @@ def analyse(table: DesignTable, alpha: float = 0.05, power: float = 0.8) -> Scre
 
 def _centre_points(table: DesignTable) -> np.ndarray:
     """Which runs are centre points."""
-    nearest = np.round(table.coded.to_numpy())
+    numeric = [factor.name for factor in table.factors if not factor.levels]
+    if not numeric:
+        return np.zeros(len(table.response), dtype=bool)
+    nearest = np.round(table.coded[numeric].to_numpy())
     centre = (nearest == 0).all(axis=1)
     mixed = (nearest == 0).any(axis=1) & ~centre
     if mixed.any():
         row = int(np.argmax(mixed))
-        name = table.names[int(np.argmax(nearest[row] == 0))]
+        name = numeric[int(np.argmax(nearest[row] == 0))]
         raise InputError(
             f"column {name!r}, row {table.lines[row]}: the middle level, while other factors of that run are "
             "low or high; a two-level design has its centre points at the middle of every factor. Analyse a "
@@ -243,13 +275,14 @@ def _anova(table: DesignTable, model: LinearFit, sums: dict) -> tuple[list[dict]
     """The ANOVA table and the p value of the lack of fit."""
     error = (model.mean_square_error, model.df_residual)
     corrected = float(np.sum((model.response - model.response.mean()) ** 2))
-    model_ss = corrected - sums.get(CURVATURE, 0.0) - model.ss_residual
-    rows = [anova_row("model", model_ss, len(table.names), *error)]
+    rows, between = block_rows(table.blocks, model)
+    model_ss = corrected - between - sums.get(CURVATURE, 0.0) - model.ss_residual
+    rows += [anova_row("model", model_ss, len(table.names), *error)]
     rows += [anova_row(name, sums[name], 1, *error) for name in table.names]
     if CURVATURE in sums:
         rows.append(anova_row(CURVATURE, sums[CURVATURE], 1, *error))
     rows.append(anova_row("residual", model.ss_residual, model.df_residual))
-    pure_ss, pure_df = pure_error(table.coded, table.response)
+    pure_ss, pure_df = pure_error(table.coded, table.response, table.blocks)
     lack_of_fit_p = None
     if pure_df:
         lack_df = model.df_residual - pure_df
@@ -263,7 +296,7 @@ def _anova(table: DesignTable, model: LinearFit, sums: dict) -> tuple[list[dict]
 def _summary(model: LinearFit, curvature_ss: float, total: float) -> dict[str, float | None]:
     """R2 and its kin of the straight-line part: the curvature is taken out of the total first."""
     total -= curvature_ss
-    df_total = len(model.response) - 1 - len(model.extra)
+    df_total = len(model.response) - 1 - (CURVATURE in model.extra)
     variance, squares = model.mean_square_error, press(model)
     mean = float(model.response.mean())
     return {
@@ -288,7 +321,8 @@ def _curvature(model: LinearFit, rows: list[dict]) -> Curvature | None:
     row = next((row for row in rows if row["source"] == CURVATURE), None)
     if row is None:
         return None
-    return Curvature(float(model.results.params[-1]), row["sum_of_squares"], row["f"], row["p"])
+    place = model.columns.index(CURVATURE)
+    return Curvature(float(model.results.params[place]), row["sum_of_squares"], row["f"], row["p"])
 
 
 def _detectable(model: LinearFit, alpha: float, power: float) -> dict[str, float | None]:

@@ -11,10 +11,13 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from pellet_study.doe.factors import Factor
+from pellet_study.doe.factors import Factor, rounded
 from pellet_study.doe.linear_model import LinearFit, fit, interval, linear_terms
 from pellet_study.doe.plackett_burman import Screening
 from pellet_study.errors import InputError
+
+SAME_POINT = 0.01
+"""Runs nearer to each other than this share of the path are replicates of one point."""
 
 
 @dataclass(frozen=True)
@@ -34,6 +37,8 @@ class Climb:
         More than there are where a limit stopped the path.
     angle_to_gradient_deg : float
         Between the path and the fitted gradient in coded units; 0 unless equal steps were asked for.
+    level : float
+        Of the prediction intervals.
     """
 
     factors: list[Factor]
@@ -44,6 +49,7 @@ class Climb:
     equal_steps: bool
     points_asked: int
     angle_to_gradient_deg: float
+    level: float = 0.95
 
 
 def first_order_model(screening: Screening, names: list[str] | None = None) -> tuple[LinearFit, list[Factor]]:
@@ -55,7 +61,8 @@ def first_order_model(screening: Screening, names: list[str] | None = None) -> t
         If a name is no factor, or none was named and none is significant.
     """
     if names is None:
-        names = significant(screening)
+        words = {factor.name for factor in screening.table.factors if factor.levels}
+        names = [name for name in significant(screening) if name not in words]
         if not names:
             raise InputError(
                 "no factor is significant, so the climb has no direction: name the factors to move with --climb-factors"
@@ -66,6 +73,12 @@ def first_order_model(screening: Screening, names: list[str] | None = None) -> t
             f"{unknown[0]!r} is no factor of the table: its factors are {', '.join(screening.table.names)}"
         )
     table = screening.table
+    categorical = [factor for factor in table.factors if factor.levels and factor.name in names]
+    if categorical:
+        raise InputError(
+            f"{categorical[0].name!r} is categorical, so there is no path along it: leave it out of --climb-factors and "
+            "run the path at its better level"
+        )
     model = fit(names, linear_terms(names), table.coded[names], table.response, screening.model.extra)
     return model, [factor for name in names for factor in table.factors if factor.name == name]
 
@@ -132,13 +145,16 @@ def path(
     cosine = direction @ uphill / np.linalg.norm(direction) / np.linalg.norm(uphill)
     return Climb(
         factors=list(factors),
-        points=pd.DataFrame(physical).round(10),
+        points=pd.DataFrame(
+            {factor.name: rounded(physical[factor.name], max(abs(factor.low), abs(factor.high))) for factor in factors}
+        ),
         coded=coded,
         predicted=model.predict(coded),
         prediction_intervals=[interval(model, point, alpha).prediction for point in coded],
         equal_steps=equal_steps,
         points_asked=points,
         angle_to_gradient_deg=float(np.degrees(np.arccos(np.clip(cosine, -1, 1)))),
+        level=1 - alpha,
     )
 
 
@@ -186,9 +202,9 @@ class Turning:
     Attributes
     ----------
     order : list of int
-        Rows of the runs in the order along the path.
+        Rows of the runs in the order along the path; replicates of a point stand together.
     best : int
-        Row of the best run.
+        Row of the best run; of replicates, which count by their mean, the first.
     turned : bool
         False where the best run is the last (go on) or the first (the path never improved).
     at_start : bool
@@ -196,6 +212,10 @@ class Turning:
         {factor: physical level} around which the next design should stand.
     next_factors : list of Factor
         Its levels: one step of the path to either side, -1 on the side of the start.
+    point, points : int
+        Place of the best point along the path, from 1, and how many distinct points there are.
+    replicates : int
+        Runs at the best point.
     """
 
     order: list[int]
@@ -204,6 +224,9 @@ class Turning:
     at_start: bool
     centre: dict[str, float]
     next_factors: list[Factor]
+    point: int = 0
+    points: int = 0
+    replicates: int = 1
 
 
 def turning(runs: pd.DataFrame, target: float | None = None, ascend: bool = True, units=None) -> Turning:
@@ -213,6 +236,7 @@ def turning(runs: pd.DataFrame, target: float | None = None, ascend: bool = True
     ----------
     runs : DataFrame (n_runs, n_factors + 1)
         Physical levels and, last, the response; rows in any order along the line, the first row at its start.
+        Replicates of a point are averaged.
     target : float, optional
         The response wanted: the best run is the nearest to it. Without it the highest (`ascend`) or lowest,
         as for a column of errors.
@@ -222,7 +246,7 @@ def turning(runs: pd.DataFrame, target: float | None = None, ascend: bool = True
     Raises
     ------
     InputError
-        If there are fewer than three runs, or they do not lie on one line.
+        If there are fewer than three distinct points, or they do not lie on one line.
     """
     names = list(runs.columns[:-1])
     levels, response = runs[names].to_numpy(dtype=float), runs.iloc[:, -1].to_numpy(dtype=float)
@@ -231,25 +255,35 @@ def turning(runs: pd.DataFrame, target: float | None = None, ascend: bool = True
     scale = np.where(np.ptp(levels, axis=0) > 0, np.ptp(levels, axis=0), 1.0)
     along = _along(levels / scale, names)
     order = np.argsort(along, kind="stable")
-    score = -np.abs(response - target) if target is not None else (response if ascend else -response)
-    place = int(np.argmax(score[order]))
-    best = int(order[place])
-    step = (levels[order[-1]] - levels[order[0]]) / (len(order) - 1)
-    moved = [(name, i) for i, name in enumerate(names) if step[i]]
+    apart = np.diff(along[order]) > SAME_POINT * np.ptp(along)
+    groups = np.split(order, np.flatnonzero(apart) + 1)
+    if len(groups) < 3:
+        raise InputError(
+            f"the climb has runs at {len(groups)} points: expected 3 points or more to tell whether it turned"
+        )
+    means = np.array([response[group].mean() for group in groups])
+    place = int(np.argmax(-np.abs(means - target) if target is not None else (means if ascend else -means)))
+    best = int(groups[place][0])
+    step = (levels[order[-1]] - levels[order[0]]) / (len(groups) - 1)
     return Turning(
         order=order.tolist(),
         best=best,
-        turned=0 < place < len(order) - 1,
+        turned=0 < place < len(groups) - 1,
         at_start=place == 0,
         centre={name: float(levels[best, i]) for i, name in enumerate(names)},
         next_factors=[
             Factor(
                 name,
-                *np.round(levels[best, i] + step[i] * np.array([-1, 1]), 10).tolist(),
+                float(rounded(levels[best, i] - step[i], np.abs(levels[:, i]).max())),
+                float(rounded(levels[best, i] + step[i], np.abs(levels[:, i]).max())),
                 (units or {}).get(name, ""),
             )
-            for name, i in moved
+            for i, name in enumerate(names)
+            if step[i]
         ],
+        point=place + 1,
+        points=len(groups),
+        replicates=len(groups[place]),
     )
 
 

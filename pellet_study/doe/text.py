@@ -1,11 +1,14 @@
 """The analyses in words and tables; nothing is computed here."""
 
 from pellet_study.doe.answers import plain
-from pellet_study.doe.box_behnken import PREDICTED_R2_GAP, Surface
+from pellet_study.doe.blocks import offsets
+from pellet_study.doe.box_behnken import PREDICTED_R2_GAP, BoxCox, Surface
+from pellet_study.doe.cautions import screening_cautions, surface_cautions
 from pellet_study.doe.lenth import Lenth
 from pellet_study.doe.linear_model import INTERCEPT, Interval
 from pellet_study.doe.optimum import TargetSet
 from pellet_study.doe.plackett_burman import Screening
+from pellet_study.doe.published_designs import UNKNOWN, design_of
 from pellet_study.doe.steepest_climb import Climb, Turning
 from pellet_study.doe.validation import Equivalence
 
@@ -71,12 +74,28 @@ def equation(coefficients: dict[str, float], digits: int = 6) -> str:
 
 
 def _head(analysis: Screening | Surface, kind: str) -> str:
-    levels = "; ".join(f"{f.label} {f.low:g} to {f.high:g}" for f in analysis.table.factors)
+    levels = "; ".join(f"{f.label} {f.word(-1)} to {f.word(1)}" for f in analysis.table.factors)
     return (
         f"{kind}: {len(analysis.table.response)} runs, {len(analysis.table.factors)} "
         f"factor{'s' if len(analysis.table.factors) > 1 else ''}, response "
-        f"{analysis.table.response.name}\nlevels -1 to +1: {levels}"
+        f"{analysis.table.response.name}{_design_text(analysis)}\nlevels -1 to +1: {levels}{_blocks_text(analysis)}"
     )
+
+
+def _design_text(analysis: Screening | Surface) -> str:
+    """What design the runs are, where it is a known one."""
+    name = design_of(analysis.table)
+    return "" if UNKNOWN in name else f"\ndesign: {name}"
+
+
+def _blocks_text(analysis: Screening | Surface) -> str:
+    """Each block's level beside the mean of the blocks, for which the equation holds."""
+    extra = dict(zip(analysis.model.columns, analysis.model.results.params, strict=True))
+    lines = []
+    for name, levels in offsets(analysis.table.blocks, extra).items():
+        words = ", ".join(f"{level} {value:+.5g}" for level, value in levels.items())
+        lines.append(f"\nblocks of {name}: {words} (beside the mean of the blocks, which all predictions are for)")
+    return "".join(lines)
 
 
 # -------------------------------------------------------------------------------------------------- screening
@@ -114,7 +133,7 @@ def screening_text(screening: Screening) -> str:
     if s.lenth:
         parts.append(
             f"Lenth, {s.lenth.contrasts} contrasts: pseudo standard error "
-            f"{number(s.lenth.pseudo_standard_error)}, margin of error {number(s.lenth.margin_of_error)}, "
+            f"{number(s.lenth.pseudo_standard_error)}, {percent(1 - s.alpha)} margin of error {number(s.lenth.margin_of_error)}, "
             f"simultaneous {number(s.lenth.simultaneous_margin_of_error)}; beyond the margin: "
             f"{', '.join(n for n in order if abs(s.effects[n]) > s.lenth.margin_of_error) or 'none'}"
             f"{_sparsity(s.lenth)}"
@@ -153,9 +172,9 @@ def _alias_text(screening: Screening) -> str:
             f"{max(shares, default=0):.3g}"
         )
     lines = ["aliases: each effect also carries these shares of two-factor interactions"]
-    for name, shares in screening.aliases.items():
+    for name, of_pairs in screening.aliases.items():
         groups: dict[str, list[str]] = {}
-        for pair, share in shares.items():
+        for pair, share in of_pairs.items():
             groups.setdefault(f"{share:+.3g}", []).append(pair)
         words = "; ".join(f"{share} of {', '.join(pairs)}" for share, pairs in groups.items())
         lines.append(f"  {name}: {words or 'none'}")
@@ -165,6 +184,7 @@ def _alias_text(screening: Screening) -> str:
 def screening_warnings(screening: Screening) -> list[str]:
     """What a reader of the screening must know."""
     found = list(screening.table.notes)
+    found += screening_cautions(screening)
     if screening.saturated:
         found.append(
             "the design is saturated: as many terms as runs, no residual, so no p values; judge the effects "
@@ -215,7 +235,7 @@ def surface_text(surface: Surface) -> str:
     if s.lenth:
         beyond = [name for name, value in s.scaled_effects.items() if abs(value) > s.lenth.margin_of_error]
         parts.append(
-            f"Lenth, {s.lenth.contrasts} coefficients scaled to equal variance: margin of error "
+            f"Lenth, {s.lenth.contrasts} coefficients scaled to equal variance: {percent(1 - s.alpha)} margin of error "
             f"{number(s.lenth.margin_of_error)}; beyond it: {', '.join(beyond) or 'none'}{_sparsity(s.lenth)}"
         )
     if s.stationary:
@@ -232,13 +252,26 @@ def _checks_text(surface: Surface) -> str:
     if surface.normality:
         lines.append(f"residuals: Shapiro-Wilk W {number(surface.normality[0])}, p {probability(surface.normality[1])}")
     if surface.box_cox:
-        power = surface.box_cox
-        need = "a transformation is indicated" if power.transformation_needed else "no transformation is indicated"
-        lines.append(
-            f"Box-Cox power {number(power.power, 3)} ({number(power.low, 3)} to {number(power.high, 3)}): {need}"
-        )
+        lines.append(_box_cox_text(surface.box_cox))
     lines.append("VIF " + ", ".join(f"{name} {value:.3f}" for name, value in surface.vif.items()))
     return "\n".join(lines)
+
+
+def _box_cox_text(found: BoxCox) -> str:
+    if found.beyond is not None:
+        return (
+            f"Box-Cox power beyond {found.beyond:g}: no power transformation helps; look for single runs that the model "
+            "misses (Cook's D) and for terms that it lacks"
+        )
+    need = "a transformation is indicated" if found.transformation_needed else "no transformation is indicated"
+    low = "below -5" if found.low is None else number(found.low, 3)
+    high = "above 5" if found.high is None else number(found.high, 3)
+    return f"Box-Cox power {number(found.power, 3)} ({percent(found.level)} interval {low} to {high}): {need}"
+
+
+def percent(level: float) -> str:
+    """A level as `95 %`."""
+    return f"{100 * level:.6g} %"
 
 
 def _runs_text(surface: Surface) -> str:
@@ -261,7 +294,7 @@ def _runs_text(surface: Surface) -> str:
 
 def surface_warnings(surface: Surface) -> list[str]:
     """What a reader of the response surface must know."""
-    found = list(surface.table.notes)
+    found = [*surface.table.notes, *surface_cautions(surface)]
     if surface.saturated:
         found.append(
             "the design is saturated: as many terms as runs, no residual, so no p values; judge the effects "
@@ -275,7 +308,7 @@ def surface_warnings(surface: Surface) -> list[str]:
         found.append("there are no replicated runs, so the lack of fit cannot be tested; replicate the centre point")
     if surface.r2_predicted is None and not surface.saturated:
         found.append("one run alone carries a term (leverage 1), so the predicted R2 is undefined")
-    elif surface.r2_predicted is not None and surface.r2_adjusted - surface.r2_predicted > PREDICTED_R2_GAP:
+    elif _falls_short(surface):
         found.append(
             f"the predicted R2 ({surface.r2_predicted:.3f}) falls far below the adjusted one "
             f"({surface.r2_adjusted:.3f}): the model follows single runs; look at Cook's distances, reduce "
@@ -288,18 +321,29 @@ def surface_warnings(surface: Surface) -> list[str]:
     return found
 
 
+def _falls_short(surface: Surface) -> bool:
+    """Whether the predicted R2 falls far below the adjusted one; a negative one is said apart."""
+    predicted = surface.r2_predicted
+    return predicted is not None and predicted >= 0 and surface.r2_adjusted - predicted > PREDICTED_R2_GAP
+
+
 def prediction_text(physical: dict[str, float], found: Interval) -> str:
     """A prediction at a point."""
     place = ", ".join(f"{name} {value:.5g}" for name, value in physical.items())
     text = f"predicted {number(found.predicted, 6)} at {place}"
     if found.confidence:
         text += (
-            f"; confidence interval of the mean {number(found.confidence[0])} to "
-            f"{number(found.confidence[1])}, prediction interval of one run {number(found.prediction[0])} to "
+            f"; {percent(found.level)} confidence interval of the mean {number(found.confidence[0])} to "
+            f"{number(found.confidence[1])}, {percent(found.level)} prediction interval of one run {number(found.prediction[0])} to "
             f"{number(found.prediction[1])}"
         )
     return text
 
+
+SELECTED = (
+    "\nIts terms were chosen by these very data: the p values and intervals below follow that selection and are too "
+    "small; those of the full model above are honest."
+)
 
 EXTRAPOLATION = (
     "the point is an extrapolation: no run constrains the model there as at the design's own points (a "
@@ -386,23 +430,23 @@ def climb_text(climb: Climb) -> str:
     way = "equal coded steps" if climb.equal_steps else "along the gradient"
     return (
         f"steepest climb, {way} ({climb.angle_to_gradient_deg:.1f} deg off the fitted gradient), with "
-        f"prediction intervals\n" + grid(header, rows) + stopped
+        f"{percent(climb.level)} prediction intervals\n" + grid(header, rows) + stopped
     )
 
 
 def turning_text(turning: Turning) -> str:
     """Where a path turned and what follows."""
     place = ", ".join(f"{name} {value:.5g}" for name, value in turning.centre.items())
-    position = turning.order.index(turning.best) + 1
+    alone = len(turning.order) == turning.points
+    position = f"run {turning.point} of {turning.points}" if alone else f"point {turning.point} of {turning.points}"
+    if turning.replicates > 1:
+        position += f" (mean of {turning.replicates} runs)"
     if turning.at_start:
         return f"the path never improved on its first run ({place}): start the next design there, or look again"
     if not turning.turned:
         return f"the path has not turned: its last run ({place}) is the best; go on along it"
     levels = "; ".join(f"{f.name} {f.low:g}, {f.centre:g}, {f.high:g}" for f in turning.next_factors)
-    return (
-        f"the path turned at run {position} of {len(turning.order)}: {place}\ncentre the next design there "
-        f"(levels -1, 0, +1): {levels}"
-    )
+    return f"the path turned at {position}: {place}\ncentre the next design there (levels -1, 0, +1): {levels}"
 
 
 def equivalence_text(found: Equivalence) -> str:

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from pellet_study.model.engine import Request
-from pellet_study.rigs.catalogue import Acting, Catalogue
+from pellet_study.rigs.catalogue import Catalogue
+from pellet_study.rigs.declared import Acting
 
 
 @dataclass(frozen=True)

@@ -27,9 +27,9 @@ def engines_of(study: Study, rigs: Iterable[str]) -> dict[str, Engine]:
             found[rig] = closed
             continue
         if simulated is None:
-            from pellet_study.model.surrogate import Simulated
+            from pellet_study.model.surrogate import Surrogate
 
-            simulated = Simulated(study, (study.folder or Path()) / ".store")
+            simulated = Surrogate(study, (study.folder or Path()) / ".store")
         found[rig] = simulated
     return found
 

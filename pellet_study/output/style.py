@@ -11,6 +11,7 @@ from functools import wraps
 from pathlib import Path
 
 from pellet_study.errors import InputError
+from pellet_study.output import fonts
 
 LABEL_WIDTH = 60  # letters of a label in a legend
 MODEL, MEASURED, PAPER = "#0072B2", "#D55E00", "#555555"
@@ -20,7 +21,6 @@ MARKERS = ("o", "s", "^", "D", "v", "P")
 DASHES = ("-", "--", "-.", ":", (0, (6, 1.5, 1, 1.5, 1, 1.5)), (0, (1, 1)))
 
 STYLE = {
-    "font.family": "DejaVu Sans",
     "font.size": 9,
     "axes.labelsize": 9,
     "axes.titlesize": 9.5,
@@ -67,7 +67,7 @@ def styled(draw):
     def in_style(*arguments, **options):
         import matplotlib
 
-        with matplotlib.rc_context(STYLE):
+        with matplotlib.rc_context({**STYLE, "font.family": fonts.families()}):
             return draw(*arguments, **options)
 
     return in_style

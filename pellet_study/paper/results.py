@@ -1,6 +1,5 @@
 """The paper's tables recomputed, with figures, as the files of one folder."""
 
-import html
 from pathlib import Path
 
 import numpy as np
@@ -9,7 +8,7 @@ import pandas as pd
 from pellet_study.doe import figures, optimum, steepest_climb
 from pellet_study.output.style import new_axes, styled
 from pellet_study.paper import designs
-from pellet_study.paper.audit import counts
+from pellet_study.paper.html import page
 from pellet_study.paper.printed import table, tables
 from pellet_study.paper.verdicts import Item
 
@@ -34,7 +33,7 @@ def write(folder: Path, items: list[Item]) -> list[Path]:
         paths.append(folder / f"{name}.csv")
         frame.to_csv(paths[-1], index=False, float_format="%.8g", lineterminator="\n")
     paths.append(folder / "audit.html")
-    paths[-1].write_text(page(items), encoding="utf-8")
+    paths[-1].write_text(page(items, "Audit of the source paper"), encoding="utf-8")
     return paths + figures.save(drawn(), folder / "figures")
 
 
@@ -132,35 +131,3 @@ def bench_curve(number: int, xlabel: str, ylabel: str, measured: float):
     axes.set_ylabel(ylabel)
     axes.legend()
     return figure
-
-
-def page(items: list[Item]) -> str:
-    """The audit as one self-contained HTML page."""
-    summary = ", ".join(f"{number} {verdict}" for verdict, number in counts(items).items())
-    return (
-        '<!doctype html>\n<html lang="en"><head><meta charset="utf-8">'
-        "<title>Audit of the source paper</title>\n"
-        "<style>body{font:15px sans-serif;margin:2em;max-width:80em}table{border-collapse:collapse}"
-        "td,th{border-bottom:1px solid #ccc;padding:.3em .6em;text-align:left;vertical-align:top}"
-        ".inconsistent{background:#f6dcdc;font-weight:bold}</style></head>\n<body>\n<h1>Audit of the source "
-        "paper</h1>\n"
-        f"<p>{len(items)} items: {html.escape(summary)}.</p>\n{section(items)}\n</body></html>\n"
-    )
-
-
-def section(items: list[Item]) -> str:
-    """The audit as an HTML table, for a page of one's own."""
-    head = ("section", "item", "published", "recomputed", "verdict", "reason")
-    lines = ["<table>", "<tr>" + "".join(f"<th>{name}</th>" for name in head) + "</tr>"]
-    for item in items:
-        cells = [item.section, item.item, item.published, shown(item.recomputed), item.verdict, item.reason]
-        marked = "".join(f"<td>{html.escape(cell)}</td>" for cell in cells)
-        lines.append(f'<tr class="{item.verdict.replace(" ", "-")}">{marked}</tr>')
-    return "\n".join([*lines, "</table>"])
-
-
-def shown(value) -> str:
-    """A recomputed value for reading."""
-    if value is None:
-        return "-"
-    return value if isinstance(value, str) else f"{value:.7g}"

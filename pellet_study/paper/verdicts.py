@@ -36,22 +36,38 @@ class Item:
         return asdict(self)
 
 
+NUMBER = re.compile(r"[-+\u2212]?(\d+(?P<decimals>\.\d*)?|(?P<bare>\.\d+))([eE](?P<power>[-+]?\d+))?")
+
+
+def _plain(printed: str) -> str:
+    """A printed cell without its significance stars."""
+    return printed.strip().rstrip("*").strip()
+
+
 def printed_number(printed: str) -> float | None:
     """The number in a printed cell, its significance stars off; None for `<0.0001` and words."""
-    text = printed.strip().rstrip("*")
-    return float(text) if re.fullmatch(r"[-+]?\d+(\.\d+)?", text) else None
+    text = _plain(printed)
+    return float(text.replace("\u2212", "-")) if NUMBER.fullmatch(text) else None
+
+
+def is_printed(text: str) -> bool:
+    """Whether a text is a number as papers print it, or an upper bound such as `<0.0001`."""
+    return printed_number(text.strip().removeprefix("<")) is not None
 
 
 def half_last_digit(printed: str) -> float:
     """Half a unit of the last printed digit: how far the true number may lie from the printed one."""
-    decimals = re.search(r"\.(\d+)", printed)
-    return 0.5 * 10.0 ** -(len(decimals.group(1)) if decimals else 0)
+    found = NUMBER.search(printed)
+    if found is None:
+        return 0.5
+    decimals = len(found["decimals"] or found["bare"] or ".") - 1
+    return 0.5 * 10.0 ** (int(found["power"] or 0) - decimals)
 
 
 def equal_as_printed(printed: str, value: float) -> bool:
     """Whether a number rounds to the printed one (`<0.0001`: lies below)."""
-    if printed.startswith("<"):
-        return value < float(printed.lstrip("<").rstrip("*"))
+    if printed.strip().startswith("<"):
+        return value < printed_number(printed.strip().lstrip("<"))
     return abs(value - printed_number(printed)) <= half_last_digit(printed) * (1 + 1e-6)
 
 
@@ -68,9 +84,10 @@ def compare(section, item, printed, value, reason="", span=None) -> Item:
         What `value` can be while the printed inputs move within their last digit.
     """
     number = printed_number(printed)
+    half = half_last_digit(printed)
     if equal_as_printed(printed, value):
         verdict = REPRODUCED
-    elif span is not None and number is not None and span[0] <= number <= span[1]:
+    elif span is not None and number is not None and span[0] - half <= number <= span[1] + half:
         verdict = TO_ROUNDING
     else:
         verdict = INCONSISTENT
@@ -81,3 +98,9 @@ def judged(section, item, published, recomputed, is_consistent, reason, differen
     """A claim that a test or a count decides: consistent or inconsistent."""
     verdict = CONSISTENT if is_consistent else INCONSISTENT
     return Item(section, item, published, recomputed, difference, verdict, reason)
+
+
+def counts(items: list[Item]) -> dict[str, int]:
+    """{verdict: how many}."""
+    found = [item.verdict for item in items]
+    return {verdict: found.count(verdict) for verdict in sorted(set(found))}

@@ -148,6 +148,8 @@ def verdict(diagnosis: dict[str, Any]) -> str:
             return f"Missing in {found.model}: {found.names}."
         case Verdict.TIED:
             return f"Tied in {found.model}: {found.names} explain it alike; these data cannot tell them apart."
+        case Verdict.UNDECIDED:
+            return f"Undecided: a fit on which the answer about {found.model} rests did not end."
         case Verdict.UNEXPLAINED:
             return f"Unexplained: {found.model} fails, and no candidate of a plausible size repairs it."
     return f"Adequate: nothing that {found.model} lacks is supported by these data."

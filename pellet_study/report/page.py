@@ -40,29 +40,29 @@ SECTIONS = (
 )
 
 
-def write(folder: Path) -> Path:
-    """Write the page of a study; returns its absolute path.
+def write(folder: Path, library: Path | None = None) -> Path:
+    """Write the page of a study, loaded with a library if one is given; returns its absolute path.
 
     Raises
     ------
     InputError : no study, or a file in it is not what a command wrote
     """
     file = Path(folder) / FILE
-    text = page(Path(folder))
+    text = page(Path(folder), library)
     temporary = file.with_suffix(".new")
     temporary.write_text(text, encoding="utf-8")
     temporary.replace(file)
     return file.resolve()
 
 
-def page(folder: Path) -> str:
+def page(folder: Path, library: Path | None = None) -> str:
     """The page as text.
 
     Raises
     ------
     InputError : no study, or a file in it is not what a command wrote
     """
-    study = load(folder)
+    study = load(folder, library)
     compared = _answer(folder, "compare")
     diagnoses = _diagnoses(_answer(folder, "refine"), _answer(folder, "diagnose"))
     steps = _whole(folder, history.read_history(folder))

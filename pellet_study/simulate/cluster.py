@@ -6,16 +6,18 @@ here. The chunk of a worker that is lost is given to another; when the scheduler
 again of the one that comes back.
 """
 
-import sys
+import logging
 import tempfile
 import time
 from collections import deque
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pellet_study
 from pellet_study.errors import InputError, SimulationError, StudyError
-from pellet_study.rigs import on_yade
+from pellet_study.rigs.declared import Rig, rig_in
+from pellet_study.rigs.on_yade import rigs_of
+from pellet_study.rigs.scripts import SCRIPTS
 from pellet_study.simulate import local, yade
 from pellet_study.simulate.store import Store
 from yade_scripts.case import Table, unsealed
@@ -25,6 +27,7 @@ try:
 except ImportError:
     raise InputError("--scheduler needs Dask, which is not installed: pip install 'pellet-study[dask]'") from None
 
+log = logging.getLogger(__name__)
 POLL_S = 0.1
 LOOK_AT_WORKERS_S = 1.0
 CONNECT_LIMIT_S = 10.0
@@ -33,50 +36,60 @@ RETURN_LIMIT_S = 300.0  # a scheduler that was there is waited for so long, and 
 MOST_IN_A_CHUNK = 100
 CHUNKS_A_THREAD = 4
 ATTEMPTS = 3  # workers that a chunk may lose before it is held against the chunk
+Files = dict[str, tuple[Path, tuple[Path, ...]]]  # of a rig's script, and of effects beyond its own, by the rig's name
 
 
 class SchedulerLost(Exception):
     """The connection to the scheduler ended."""
 
 
-def expectation(names: Sequence[str]) -> dict[str, str]:
+def expectation(rigs: Mapping[str, Rig]) -> dict[str, str]:
     """What a worker must have in common with this machine to give the same rows: versions, and scripts of rigs."""
-    prints = {f"script of {name}": on_yade.rig(name).fingerprint for name in names}
+    prints = {f"script of {name}": rig.fingerprint for name, rig in rigs.items()}
     return {"pellet_study": pellet_study.__version__, "YADE": yade.version(), **prints}
 
 
-def own_files(names: Sequence[str]) -> dict[str, tuple[Path, tuple[Path, ...]]]:
-    """Files of the rigs that are the study's own, or have effects of its own; workers must see them too."""
-    used = {name: on_yade.rig(name) for name in names}
+def user_files(rigs: Mapping[str, Rig]) -> Files:
+    """Files of the rigs that are the user's own, or have effects of the user's own; workers must see them too."""
     return {
-        name: (rig.file, rig.extra)
-        for name, rig in used.items()
-        if rig.extra or not rig.file.is_relative_to(on_yade.SCRIPTS)
+        name: (rig.script, rig.extra)
+        for name, rig in rigs.items()
+        if rig.extra or not rig.script.is_relative_to(SCRIPTS)
     }
 
 
-def unfit(expected: dict[str, str], names: Sequence[str], own: dict) -> str | None:
+def rigs_here(names: Sequence[str], files: Files) -> dict[str, Rig]:
+    """Runs on a worker: rigs by name, the user's own from their files, others as this machine has them."""
+    given = {name: rig_in(file, effects) for name, (file, effects) in files.items()}
+    return rigs_of([{"rig": name} for name in names], given)
+
+
+def unfit(expected: dict[str, str], names: Sequence[str], files: Files) -> str | None:
     """Runs on a worker: why it cannot simulate what is expected; None where it can."""
     try:
-        for name, files in own.items():
-            on_yade.use(name, *files)
-        found = expectation(names)
+        found = expectation(rigs_here(names, files))
     except (StudyError, OSError) as error:
         return str(error)
     differing = [what for what in expected if found[what] != expected[what]]
     return f"has {differing[0]} {found[differing[0]]}, here {expected[differing[0]]}" if differing else None
 
 
-def chunk(cases: list[dict], time_limit_s: float | None) -> dict[str, bytes]:
+def chunk(cases: list[dict], files: Files, time_limit_s: float | None) -> dict[str, bytes]:
     """Runs on a worker: the cases' lines by rig, as they stand in a store."""
+    rigs = rigs_here(sorted({case["rig"] for case in cases}), files)
     with tempfile.TemporaryDirectory(prefix="pellet-study-") as folder, Store(Path(folder)) as store:
-        local.run(cases, store, 1, quiet=True, time_limit_s=time_limit_s)
-        tables = {name: store.table(on_yade.rig(name)) for name in {case["rig"] for case in cases}}
-        return {name: table.read_bytes() for name, table in tables.items()}
+        local.run(cases, store, rigs, 1, quiet=True, time_limit_s=time_limit_s)
+        return {name: store.table(rig).read_bytes() for name, rig in rigs.items()}
 
 
 def run(
-    cases: Sequence[dict], store: Store, scheduler: str, *, quiet: bool = False, time_limit_s: float | None = None
+    cases: Sequence[dict],
+    store: Store,
+    rigs: Mapping[str, Rig],
+    scheduler: str,
+    *,
+    quiet: bool = False,
+    time_limit_s: float | None = None,
 ) -> None:
     """Simulate cases that have their id on a cluster; their rows stand in the store afterwards.
 
@@ -92,7 +105,7 @@ def run(
     """
     from tqdm import tqdm
 
-    work = _Work(cases, store, time_limit_s)
+    work = _Work(cases, store, rigs, time_limit_s)
     with _Address(scheduler) as address:
         work.bar = tqdm(total=len(cases), unit="case", desc="simulating", disable=True if quiet else None, leave=False)
         try:
@@ -104,7 +117,7 @@ def run(
                     with client:
                         work.run(client)
                 except SchedulerLost:
-                    print(f"lost the scheduler at {address}; waiting for it to come back", file=sys.stderr)
+                    log.warning("lost the scheduler at %s; waiting for it to come back", address)
                     client = _connect(address, RETURN_LIMIT_S)
                     if client is None:
                         raise SimulationError(
@@ -168,12 +181,12 @@ class _Work:
 
     bar = None
 
-    def __init__(self, cases: Sequence[dict], store: Store, time_limit_s: float | None):
+    def __init__(self, cases: Sequence[dict], store: Store, rigs: Mapping[str, Rig], time_limit_s: float | None):
         self.left = {case["id"]: case for case in cases}
         self.waiting = deque(self.left.values())
         self.store, self.time_limit_s = store, time_limit_s
-        self.names = sorted({case["rig"] for case in cases})
-        self.expected, self.own = expectation(self.names), own_files(self.names)
+        self.rigs = {name: rigs[name] for name in sorted({case["rig"] for case in cases})}
+        self.expected, self.files = expectation(self.rigs), user_files(self.rigs)
         self.lost: dict[str, int] = {}  # how often a case was with a worker that ended
         self.reason = ""  # of the last case without a result
 
@@ -211,7 +224,13 @@ class _Work:
                         cases = self._next(sum(threads.values()))
                         if cases:
                             future = client.submit(
-                                chunk, cases, self.time_limit_s, workers=[worker], allow_other_workers=False, pure=False
+                                chunk,
+                                cases,
+                                self.files,
+                                self.time_limit_s,
+                                workers=[worker],
+                                allow_other_workers=False,
+                                pure=False,
                             )
                             asked[future] = worker, cases
                 time.sleep(POLL_S)
@@ -234,14 +253,13 @@ class _Work:
         new = [worker for worker in there if worker not in threads and worker not in refused]
         if not new:
             return
-        for worker, reason in client.run(
-            unfit, self.expected, self.names, self.own, workers=new, on_error="return"
-        ).items():
+        reasons = client.run(unfit, self.expected, list(self.rigs), self.files, workers=new, on_error="return")
+        for worker, reason in reasons.items():
             if reason is None:
                 threads[worker] = there[worker]
                 continue
             refused[worker] = _words(reason) if isinstance(reason, BaseException) else reason
-            print(f"worker {worker} is left out: {refused[worker]}", file=sys.stderr)
+            log.warning("worker %s is left out: %s", worker, refused[worker])
 
     def _next(self, threads: int) -> list[dict]:
         """The next chunk; smaller ones towards the end, so that all workers end together."""
@@ -267,7 +285,7 @@ class _Work:
     def _keep(self, tables: dict[str, bytes]) -> None:
         """Put lines that came back into the store, those of cases that were asked for."""
         for name, lines in tables.items():
-            rig = on_yade.rig(name)
+            rig = self.rigs[name]
             table = Table(self.store.table(rig), self.store.columns(rig), checked=True)
             for line in lines.splitlines():
                 body = unsealed(line)

@@ -2,13 +2,14 @@
 
 import os
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pandas as pd
 
 from pellet_study.errors import InputError, SimulationError
-from pellet_study.rigs import on_yade
+from pellet_study.rigs.declared import Rig
+from pellet_study.rigs.on_yade import rigs_of
 from pellet_study.simulate import local, yade
 from pellet_study.simulate.store import Store, key
 
@@ -22,6 +23,7 @@ def run(
     cases: Sequence[dict],
     store: Path,
     *,
+    rigs: Mapping[str, Rig] | None = None,
     workers: int | None = None,
     quiet: bool = False,
     scheduler: str | None = None,
@@ -33,6 +35,7 @@ def run(
     ----------
     cases : complete cases (`rigs.case`)
     store : folder of finished cases, made where it is missing
+    rigs : those of the cases' rigs by name that are not the package's, as a study's catalogue has them
     workers : YADE processes at once on this machine; default one a core
     quiet : no progress bar (there is none either where stderr is no terminal)
     scheduler : address of a Dask scheduler, or `slurm:JOBS`; default $PELLET_STUDY_SCHEDULER, else this machine
@@ -51,21 +54,21 @@ def run(
     """
     scheduler = scheduler or os.environ.get(SCHEDULER) or None
     limit = time_limit_s or _limit(os.environ.get(TIME_LIMIT))
-    keyed = [{**case, "id": key(case)} for case in cases]
-    names = list(dict.fromkeys(case["rig"] for case in keyed))
+    used = rigs_of(cases, rigs)
+    keyed = [{**case, "id": key(case, used[case["rig"]])} for case in cases]
     with Store(store) as opened:
-        known = {name: opened.rows(on_yade.rig(name)) for name in names}
-        done = {name: _done(table, limit or on_yade.rig(name).time_limit_s) for name, table in known.items()}
+        known = {name: opened.rows(rig) for name, rig in used.items()}
+        done = {name: _done(table, limit or used[name].time_limit_s) for name, table in known.items()}
         missing = {case["id"]: case for case in keyed if case["id"] not in done[case["rig"]]}
         if missing:
             yade.refuse_old()
             if scheduler:
                 from pellet_study.simulate import cluster
 
-                cluster.run(list(missing.values()), opened, scheduler, quiet=quiet, time_limit_s=limit)
+                cluster.run(list(missing.values()), opened, used, scheduler, quiet=quiet, time_limit_s=limit)
             else:
-                local.run(list(missing.values()), opened, workers or cores(), quiet=quiet, time_limit_s=limit)
-            known = {name: opened.rows(on_yade.rig(name)) for name in names}
+                local.run(list(missing.values()), opened, used, workers or cores(), quiet=quiet, time_limit_s=limit)
+            known = {name: opened.rows(rig) for name, rig in used.items()}
     lost = [case["id"] for case in keyed if case["id"] not in known[case["rig"]].index]
     if lost:
         raise SimulationError(f"{len(lost)} of {len(keyed)} cases have no row in {store}; call again, others are kept")

@@ -12,11 +12,12 @@ import signal
 import subprocess
 import tempfile
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pellet_study.errors import SimulationError
-from pellet_study.rigs import on_yade
+from pellet_study.rigs.declared import Rig
+from pellet_study.rigs.scripts import SCRIPTS, fingerprint
 from pellet_study.simulate import yade
 from pellet_study.simulate.store import Store
 from yade_scripts.case import CANNOT_GO_ON, CLAIM_BYTES, NO_MEMORY, Table, flat, one_line
@@ -42,7 +43,13 @@ def cores() -> int:
 
 
 def run(
-    cases: Sequence[dict], store: Store, workers: int, *, quiet: bool = False, time_limit_s: float | None = None
+    cases: Sequence[dict],
+    store: Store,
+    rigs: Mapping[str, Rig],
+    workers: int,
+    *,
+    quiet: bool = False,
+    time_limit_s: float | None = None,
 ) -> None:
     """Simulate cases that have their id; their rows stand in the store afterwards.
 
@@ -50,7 +57,7 @@ def run(
     ------
     SimulationError : YADE ends before its first case, or the machine ran out of disk or memory
     """
-    _Campaign(list(cases), store, workers, quiet, time_limit_s).run()
+    _Campaign(list(cases), store, rigs, workers, quiet, time_limit_s).run()
 
 
 class _Worker:
@@ -102,10 +109,18 @@ class _Claims:
 class _Campaign:
     """The cases of one call, worked through by YADE processes."""
 
-    def __init__(self, cases: list[dict], store: Store, workers: int, quiet: bool, limit_s: float | None):
+    def __init__(
+        self,
+        cases: list[dict],
+        store: Store,
+        rigs: Mapping[str, Rig],
+        workers: int,
+        quiet: bool,
+        limit_s: float | None,
+    ):
         self.cases, self.store, self.most, self.quiet = cases, store, min(workers, len(cases)), quiet
         self.limit_s = limit_s
-        self.rigs = {name: on_yade.rig(name) for name in dict.fromkeys(case["rig"] for case in cases)}
+        self.rigs = {name: rigs[name] for name in dict.fromkeys(case["rig"] for case in cases)}
         self.folder = Path(tempfile.mkdtemp(prefix="campaign-", dir=store.folder))
         self.tables = {name: store.table(rig) for name, rig in self.rigs.items()}
         self.seen = {name: table.stat().st_size if table.exists() else 0 for name, table in self.tables.items()}
@@ -153,7 +168,7 @@ class _Campaign:
         claims = _Claims(folder / "claims")
         task = {
             "rigs": {
-                name: {"file": str(rig.file), "effects": [str(file) for file in rig.extra], "table": str(table)}
+                name: {"file": str(rig.script), "effects": [str(file) for file in rig.extra], "table": str(table)}
                 for (name, rig), table in zip(self.rigs.items(), self.tables.values(), strict=True)
             },
             "timings": str(self.store.folder / "timings.csv"),
@@ -180,14 +195,14 @@ class _Campaign:
 
     def _start(self, folder: Path) -> None:
         for rig in self.rigs.values():
-            if on_yade.fingerprint(rig.file, rig.extra) != rig.fingerprint:
-                raise SimulationError(f"{rig.file.name} or what it imports changed while it was running; call again")
+            if fingerprint(rig.script, rig.extra) != rig.fingerprint:
+                raise SimulationError(f"{rig.script.name} or what it imports changed while it was running; call again")
         self.started += 1
         log = folder / f"w{self.started}.log"
         lifeline, held = os.pipe()
         with open(log, "wb") as output:
             process = subprocess.Popen(
-                yade.command(on_yade.SCRIPTS / "case.py", str(folder / "campaign.json")),
+                yade.command(SCRIPTS / "case.py", str(folder / "campaign.json")),
                 stdin=subprocess.DEVNULL,
                 stdout=output,
                 stderr=subprocess.STDOUT,
@@ -253,7 +268,7 @@ class _Campaign:
                 return None
             raise SimulationError(
                 f"YADE ended before its first case: {reason}. "
-                f"Try it by hand: {' '.join(yade.command(on_yade.SCRIPTS / 'rebound.py', '--example', 'cases.json'))}"
+                f"Try it by hand: {' '.join(yade.command(SCRIPTS / 'rebound.py', '--example', 'cases.json'))}"
             )
         case = cases[worker.index]
         if worker.reason is None and (

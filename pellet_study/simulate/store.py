@@ -4,25 +4,27 @@ import fcntl
 import hashlib
 import io
 import json
+import logging
 import os
 import shutil
-import sys
+from collections.abc import Mapping
 from pathlib import Path
 
 import pandas as pd
 
 from pellet_study.errors import InputError
-from pellet_study.rigs import on_yade
+from pellet_study.rigs.declared import Rig
 from pellet_study.simulate import yade
 from yade_scripts import case as case_file
 
+log = logging.getLogger(__name__)
 READ_AS_TEXT = {"id": str, "status": str, "contact_law": str}
 
 
-def key(case: dict) -> str:
-    """The case's id: a hash of everything the answer depends on (case, scripts, YADE version)."""
+def key(case: Mapping, rig: Rig) -> str:
+    """The id of a rig's case: a hash of everything the answer depends on (case, scripts, YADE version)."""
     inputs = {name: value for name, value in case.items() if name != "id"}
-    text = json.dumps([inputs, on_yade.rig(case["rig"]).fingerprint, yade.version()], sort_keys=True)
+    text = json.dumps([inputs, rig.fingerprint, yade.version()], sort_keys=True)
     return hashlib.sha256(text.encode()).hexdigest()[:20]
 
 
@@ -32,31 +34,31 @@ class Store:
     def __init__(self, folder: Path):
         self.folder = Path(folder).resolve()
 
-    def __enter__(self):
+    def __enter__(self) -> "Store":
         self.folder.mkdir(parents=True, exist_ok=True)
         self.lock = os.open(self.folder / "lock", os.O_RDWR | os.O_CREAT, 0o644)
         try:
             fcntl.flock(self.lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
         except BlockingIOError:
-            print(f"waiting for another pellet-study that works in {self.folder}", file=sys.stderr)
+            log.warning("waiting for another pellet-study that works in %s", self.folder)
             fcntl.flock(self.lock, fcntl.LOCK_EX)
         for left in self.folder.glob("campaign-*"):  # of a driver that was killed
             shutil.rmtree(left, ignore_errors=True)
         return self
 
-    def __exit__(self, *_):
+    def __exit__(self, *_: object) -> None:
         os.close(self.lock)
 
-    def columns(self, rig: on_yade.YadeRig) -> list[str]:
+    def columns(self, rig: Rig) -> list[str]:
         """Columns of a rig's table."""
         return case_file.columns(vars(rig))
 
-    def table(self, rig: on_yade.YadeRig) -> Path:
+    def table(self, rig: Rig) -> Path:
         """File of a rig's table; another set of columns is another file."""
         names = hashlib.sha256(",".join(self.columns(rig)).encode()).hexdigest()[:8]
         return self.folder / f"{rig.name}-{names}.csv"
 
-    def rows(self, rig: on_yade.YadeRig) -> pd.DataFrame:
+    def rows(self, rig: Rig) -> pd.DataFrame:
         """What is stored for a rig, indexed by id; torn, altered or foreign lines are left out."""
         names, file = self.columns(rig), self.table(rig)
         if file.exists() and not file.is_file():
@@ -65,7 +67,7 @@ class Store:
         whole = [body for body in map(case_file.unsealed, lines) if body]
         lost = len(lines) - len(whole) - (not (lines and lines[-1]))
         if lost > 0:
-            print(f"{file}: {lost} damaged or foreign lines are left out, their cases computed again", file=sys.stderr)
+            log.warning("%s: %s damaged or foreign lines are left out, their cases computed again", file, lost)
         if not whole:
             return pd.DataFrame(columns=names).set_index("id")
         found = pd.read_csv(

@@ -1,5 +1,6 @@
 """The YADE executable: which one, which version, in what environment it is started."""
 
+import json
 import os
 import re
 import shutil
@@ -8,6 +9,7 @@ import tempfile
 from functools import cache
 from pathlib import Path
 
+import yade_scripts
 from pellet_study.errors import InputError, SimulationError
 
 OLDEST = 2023  # year of the first version whose Mindlin law has the damping the rigs were checked with
@@ -73,6 +75,31 @@ def version() -> str:
     if found.returncode or not words:
         raise SimulationError(f"{executable()} --version failed: {(found.stderr or found.stdout).strip()[-500:]}")
     return words[0].strip().split(",")[0]
+
+
+def lacks() -> dict[str, str]:
+    """{what this YADE lacks of what the contact laws use: what that costs}.
+
+    Raises
+    ------
+    SimulationError : YADE does not run
+    """
+    script = Path(yade_scripts.__file__).with_name("build.py")
+    with tempfile.TemporaryDirectory(prefix="pellet-study-") as home:
+        answer = Path(home) / "lacks.json"
+        found = subprocess.run(
+            command(script, str(answer)),
+            capture_output=True,
+            text=True,
+            errors="replace",
+            env=environment(home),
+            stdin=subprocess.DEVNULL,
+        )
+        if found.returncode or not answer.exists():
+            raise SimulationError(
+                f"{executable()} does not run a script: {(found.stderr or found.stdout).strip()[-500:]}"
+            )
+        return json.loads(answer.read_text())
 
 
 def refuse_old() -> None:

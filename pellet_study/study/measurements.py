@@ -1,22 +1,21 @@
 """measurements.csv: tidy rows, a reading or a mean of readings each, checked before anything is computed from them."""
 
-import csv
 import math
-import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
-from itertools import count
 from pathlib import Path
 
 from pellet_study.errors import InputError
 from pellet_study.output.words import nearest
 from pellet_study.rigs.catalogue import Catalogue
+from pellet_study.tables import rows
+from pellet_study.tables.numbers import BLANKS, number
 
 COLUMNS = ("rig", "observable", "value", "sd", "n", "setup", "setup_sd", "split", "note")
 REQUIRED = ("rig", "observable", "value")
 SPLITS = ("fit", "holdout")
-LONGEST_LINE = 1_000_000
-STRANGE = re.compile("[\x00-\x08\x0b-\x1f\x7f\udc80-\udcff]")  # control characters; bytes that are no UTF-8
+TEXTS = ("rig", "observable", "value", "setup", "split", "note")  # where * or / is no blank
+ENCODINGS = ("utf-8-sig", "utf-16", "gb18030")
 
 
 @dataclass(frozen=True, slots=True)
@@ -48,85 +47,42 @@ def read(file: Path, catalogue: Catalogue) -> tuple[Measurement, ...]:
     ------
     InputError : names the file, the line, what was given and what is accepted
     """
-    table = _table(file)
-    _, header = next(table, (1, None))
+    form, table = rows.read(file, "`measurements` in study.toml names it", ENCODINGS)
+    first, header = next(table, (1, None))
     if header is None:
-        raise InputError(f"{file}: empty; expected a header with at least {', '.join(REQUIRED)}")
-    reader = _Rows(file, header, catalogue)
-    rows = tuple(reader.row(line, cells) for line, cells in table if any(cells))
-    if not rows:
+        names = ", ".join(REQUIRED)
+        raise InputError(f"{file}: empty; line 1: column {names} is missing; expected a header with at least {names}")
+    reader = _Rows(file, first, header, catalogue, form.decimal)
+    found = tuple(reader.row(line, cells) for line, cells in table if any(cells))
+    if not found:
         raise InputError(f"{file}: no rows; a row is a reading or a mean of readings")
-    return rows
+    return found
 
 
-def _table(file: Path) -> Iterator[tuple[int, list[str]]]:
-    """Number of the first line and cells of each record."""
-    records, start = csv.reader(_lines(file), strict=True), 1
-    while True:
-        try:
-            cells = next(records, None)
-        except csv.Error as error:
-            raise InputError(
-                f"{file}: line {start}: no valid CSV ({error}); is a quote opened and not closed?"
-            ) from None
-        if cells is None:
-            return
-        yield start, [cell.strip() for cell in cells]
-        start = records.line_num + 1
-
-
-def _lines(file: Path) -> Iterator[str]:
-    """Lines of a text file; one that is too long is refused before it is read whole."""
-    try:
-        if file.exists() and not file.is_file():
-            raise InputError(f"{file}: expected a file of comma-separated values, found something else")
-        with open(file, encoding="utf-8-sig", errors="surrogateescape") as stream:
-            for number in count(1):
-                line = stream.readline(LONGEST_LINE + 1)
-                if len(line) > LONGEST_LINE:
-                    raise InputError(
-                        f"{file}: line {number}: longer than {LONGEST_LINE} characters; a row is a line of its own"
-                    )
-                strange = STRANGE.search(line)
-                if strange:
-                    byte = ord(strange[0]) - (0xDC00 if strange[0] >= "\udc80" else 0)
-                    raise InputError(
-                        f"{file}: line {number}: holds the byte 0x{byte:02x}, which is no UTF-8 text; save the table as CSV, "
-                        "UTF-8"
-                    )
-                if not line:
-                    return
-                yield line
-    except FileNotFoundError:
-        raise InputError(f"{file}: no such file; `measurements` in study.toml names it") from None
-    except (OSError, ValueError) as error:
-        raise InputError(f"{file}: cannot be read: {error}") from None
-
-
-def _check_header(file: Path, header: list[str], conditions: set, parameters: set) -> None:
+def _check_header(file: Path, first: int, header: list[str], conditions: set, parameters: set) -> None:
     accepted = {*COLUMNS, *conditions, *parameters}
-    for sign, name in ((";", "semicolons"), ("\t", "tabs")):
-        if len(header) == 1 and sign in header[0]:
-            raise InputError(
-                f"{file}: line 1: columns are separated by {name}; expected commas, and points as decimal signs"
-            )
     for name in header:
         if header.count(name) > 1:
             raise InputError(
-                f"{file}: line 1: column {name!r} is given {header.count(name)} times; each name only once"
+                f"{file}: line {first}: column {name!r} is given {header.count(name)} times; each name only once"
             )
         if name not in accepted:
-            raise InputError(f"{file}: line 1: column {name!r} is unknown{nearest(name, accepted)}")
+            raise InputError(f"{file}: line {first}: column {name!r} is unknown{nearest(name, accepted)}")
     missing = [name for name in REQUIRED if name not in header]
     if missing:
-        raise InputError(f"{file}: line 1: column {', '.join(missing)} is missing; given were {', '.join(header)}")
+        raise InputError(
+            f"{file}: line {first}: column {', '.join(missing)} is missing; given were {', '.join(header)}"
+        )
 
 
-def _number(where: str, name: str, text: str, least: float | None = None, strict: bool = False) -> float:
+def _number(
+    where: str, name: str, text: str, least: float | None = None, strict: bool = False, decimal: str = "."
+) -> float:
     try:
-        value = float(text)
+        value = number(text, decimal)
     except ValueError:
-        hint = "; write a point for the decimal comma" if "," in text else ""
+        hint = "; write a point for the decimal comma" if decimal == "." and "," in text else ""
+        hint = "; other cells have a decimal comma: write one here too" if decimal == "," and "." in text else hint
         raise InputError(f"{where}: {name} {text[:60]!r}: expected a number{hint}") from None
     if not math.isfinite(value):
         raise InputError(f"{where}: {name} {text!r} is not finite; leave the cell blank where it is unknown")
@@ -138,11 +94,12 @@ def _number(where: str, name: str, text: str, least: float | None = None, strict
 class _Rows:
     """Rows of one file, checked; rows of one case share what they say of it."""
 
-    def __init__(self, file: Path, header: list[str], catalogue: Catalogue):
-        self.file, self.header, self.catalogue = file, header, catalogue
+    def __init__(self, file: Path, first: int, header: list[str], catalogue: Catalogue, decimal: str = "."):
+        self.file, self.header, self.catalogue, self.decimal = file, header, catalogue, decimal
         self.conditions = {name for rig in catalogue.rigs.values() for name in rig.conditions}
         self.parameters = {name for rig in catalogue.rigs.values() for name in rig.parameters}
-        _check_header(file, header, self.conditions, self.parameters)
+        _check_header(file, first, header, self.conditions, self.parameters)
+        self.numeric = [k for k, name in enumerate(header) if name not in TEXTS]
         self.of_case = [header.index("rig"), header.index("observable")]
         self.of_case += [k for k, name in enumerate(header) if name not in COLUMNS]
         self.place = {name: header.index(name) if name in header else None for name in COLUMNS}
@@ -155,6 +112,9 @@ class _Rows:
             raise InputError(
                 f"{where}: {len(cells)} cells, but the header has {len(self.header)}; expected {','.join(self.header)}"
             )
+        for k in self.numeric:
+            if cells[k] and cells[k].lower() in BLANKS:
+                cells[k] = ""
         key = tuple([cells[k] for k in self.of_case])
         if key not in self.cases:
             self.cases[key] = self._case(where, dict(zip(self.header, cells, strict=True)))
@@ -162,12 +122,12 @@ class _Rows:
         value, sd, n, setup, setup_sd, split, note = (
             "" if self.place[name] is None else cells[self.place[name]] for name in COLUMNS[2:]
         )
-        count = _number(where, "n", n, 1) if n else 1.0
+        count = _number(where, "n", n, 1, decimal=self.decimal) if n else 1.0
         if count != int(count):
             raise InputError(f"{where}: n {n!r}: expected a whole number of readings")
         if split and split not in SPLITS:
             raise InputError(f"{where}: split {split!r} is unknown{nearest(split, SPLITS)}")
-        reading = _number(where, "value", value)
+        reading = _number(where, "value", value, decimal=self.decimal)
         low, high = self.catalogue.rigs[rig].readable.get(observable, (-math.inf, math.inf))
         if not low <= reading <= high:
             raise InputError(
@@ -177,12 +137,12 @@ class _Rows:
             rig=rig,
             observable=observable,
             value=reading,
-            sd=_number(where, "sd", sd, 0.0, strict=True) if sd else None,
+            sd=_number(where, "sd", sd, 0.0, strict=True, decimal=self.decimal) if sd else None,
             n=int(count),
             conditions=conditions,
             parameters=known,
             setup=setup,
-            setup_sd=_number(where, "setup_sd", setup_sd, 0.0) if setup_sd else 0.0,
+            setup_sd=_number(where, "setup_sd", setup_sd, 0.0, decimal=self.decimal) if setup_sd else 0.0,
             split=split or SPLITS[0],
             note=note,
             line=line,
@@ -204,9 +164,11 @@ class _Rows:
             if name in rig.conditions:
                 low = rig.conditions[name].get("min", -math.inf)
                 positive = low > 0 or bool(rig.conditions[name].get("positive"))
-                conditions[name] = _number(where, name, text, 0.0 if low >= 0 or positive else None, strict=positive)
+                conditions[name] = _number(
+                    where, name, text, 0.0 if low >= 0 or positive else None, strict=positive, decimal=self.decimal
+                )
             elif name in rig.parameters:
-                known[name] = _number(where, name, text)
+                known[name] = _number(where, name, text, decimal=self.decimal)
                 low, high = rig.parameters[name]["min"], rig.parameters[name]["max"]
                 if not low <= known[name] <= high:
                     raise InputError(f"{where}: {name} {text!r}: expected a value from {low:g} to {high:g}")

@@ -13,6 +13,8 @@ from pellet_study.bench.readings import Reading
 from pellet_study.bench.seeds import Mean, Seeds, mean_over_seeds
 from pellet_study.paper import printed as paper
 
+pytestmark = pytest.mark.yade
+
 
 @pytest.mark.parametrize(
     ("table", "printed"),

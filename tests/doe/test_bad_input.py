@@ -112,9 +112,10 @@ def test_not_a_design_at_all(tmp_path, capsys, command):
     )
 
 
-def test_a_run_number_column_can_be_ignored(tmp_path, capsys):
+def test_a_run_number_column_is_left_out_and_can_be_ignored(tmp_path, capsys):
     lines = [f"No.,{line}" if i == 0 else f"{i},{line}" for i, line in enumerate(screening_csv())]
-    assert answer(tmp_path, capsys, "pb", lines)[0] == 2
+    status, error = answer(tmp_path, capsys, "pb", lines)
+    assert status == 0 and "left out: No. (order of the runs)" in error
     assert answer(tmp_path, capsys, "pb", lines, "--ignore", "No.")[0] == 0
     assert answer(tmp_path, capsys, "pb", lines, "--ignore", "Number")[0] == 2
 
@@ -157,7 +158,8 @@ def test_two_columns_that_are_copies(tmp_path, capsys):
         ("1,1,3\n-1,1,4\n", "column names"),
         ("A,,y\n1,1,3\n", "no name"),
         ("y\n1\n2\n", "single column"),
-        ("A;B;y\n1;1;3,5\n", "decimal point"),
+        ("A,B,y\n1,1,3,5\n", "decimal point"),
+        ("A;B;y\n1;1;3,5\n-1;-1;2.5\n", "decimal comma"),
         ("A;B\ty\n1;1\t3\n", "save with commas"),
     ],
 )

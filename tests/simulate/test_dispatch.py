@@ -12,25 +12,26 @@ import pytest
 
 from pellet_study.errors import InputError, SimulationError
 from pellet_study.rigs import on_yade
+from pellet_study.rigs.declared import rig_in
 from pellet_study.simulate import dispatch, local, yade
 from tests import HELPERS
 from tests.helpers.listening import listening
 
-FAULTS = HELPERS / "fault_rigs"
+pytestmark = pytest.mark.yade
+
 NONE, ABORT, HANG, NAN, EXCEPTION, REFUSED, EXIT, QUIET, EMPTY, TYPO = range(10)
 
 
-@pytest.fixture(autouse=True)
-def fault_rigs(monkeypatch):
-    """Make the faulty rig known."""
-    monkeypatch.setattr(on_yade, "FOLDERS", [*on_yade.FOLDERS, FAULTS])
-    on_yade.rig.cache_clear()
-    yield
-    on_yade.rig.cache_clear()
+FAULTY = rig_in(HELPERS / "fault_rigs" / "faulty.py")
 
 
 def faulty(seed: int, fault: int = NONE, pause_s: float = 0.0) -> dict:
-    return on_yade.case("faulty", seed=seed, conditions={"fault": fault, "pause_s": pause_s})
+    return on_yade.case(FAULTY, seed=seed, conditions={"fault": fault, "pause_s": pause_s})
+
+
+def run(cases: list[dict], store: Path, **more) -> pd.DataFrame:
+    """A campaign with the faulty rig."""
+    return dispatch.run(cases, store, rigs={"faulty": FAULTY}, **more)
 
 
 def claimed_by_nobody(folder: Path) -> bool:
@@ -41,7 +42,7 @@ def claimed_by_nobody(folder: Path) -> bool:
 
 def test_rows_come_in_the_order_of_the_cases_and_are_stored(tmp_path):
     cases = [faulty(seed) for seed in (5, 1, 3, 1)]
-    rows = dispatch.run(cases, tmp_path / "store")
+    rows = run(cases, tmp_path / "store")
     assert list(rows["answer"]) == [15, 3, 9, 3]
     assert set(rows["status"]) == {"ok"}
     stored = pd.concat(pd.read_csv(f) for f in (tmp_path / "store").glob("faulty-*.csv"))
@@ -50,19 +51,19 @@ def test_rows_come_in_the_order_of_the_cases_and_are_stored(tmp_path):
 
 def test_a_relative_store_is_found_by_the_processes(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    assert list(dispatch.run([faulty(2)], Path("study/.store"))["answer"]) == [6]
+    assert list(run([faulty(2)], Path("study/.store"))["answer"]) == [6]
 
 
 def test_stored_cases_start_no_yade(tmp_path, monkeypatch):
     cases = [faulty(seed) for seed in range(4)]
-    first = dispatch.run(cases, tmp_path)
+    first = run(cases, tmp_path)
     monkeypatch.setattr(local.subprocess, "Popen", lambda *a, **k: pytest.fail("a stored case was simulated again"))
-    pd.testing.assert_frame_equal(first, dispatch.run(cases, tmp_path))
+    pd.testing.assert_frame_equal(first, run(cases, tmp_path))
 
 
 def test_a_failing_case_is_recorded_and_its_neighbours_are_not_lost(tmp_path):
     faults = [NONE, ABORT, NONE, NAN, EXCEPTION, REFUSED, EXIT, HANG, NONE, QUIET, EMPTY, TYPO]
-    rows = dispatch.run([faulty(k, fault) for k, fault in enumerate(faults)], tmp_path, time_limit_s=15)
+    rows = run([faulty(k, fault) for k, fault in enumerate(faults)], tmp_path, time_limit_s=15)
     assert list(rows.loc[rows["status"] == "ok", "answer"]) == [0, 6, 24]
     failed = {fault: status for fault, status in zip(faults, rows["status"], strict=True) if fault != NONE}
     assert failed[ABORT] == "crashed YADE (SIGABRT): these are the last words"
@@ -79,25 +80,27 @@ def test_a_failing_case_is_recorded_and_its_neighbours_are_not_lost(tmp_path):
 
 def test_failures_are_answers_and_not_tried_again(tmp_path, monkeypatch):
     cases = [faulty(0, ABORT), faulty(1)]
-    first = dispatch.run(cases, tmp_path)
+    first = run(cases, tmp_path)
     monkeypatch.setattr(local.subprocess, "Popen", lambda *a, **k: pytest.fail("a recorded failure was tried again"))
-    pd.testing.assert_frame_equal(first, dispatch.run(cases, tmp_path))
+    pd.testing.assert_frame_equal(first, run(cases, tmp_path))
 
 
 DRIVER = """
 import sys
 from pathlib import Path
-from pellet_study import dispatch, rigs
-rigs.FOLDERS.append(Path(sys.argv[1]))
-cases = [rigs.case("faulty", seed=k, conditions={"pause_s": 0.25}) for k in range(int(sys.argv[3]))]
-dispatch.run(cases, Path(sys.argv[2]))
+from pellet_study.rigs import case
+from pellet_study.rigs.declared import rig_in
+from pellet_study.simulate import dispatch
+faulty = rig_in(Path(sys.argv[1]))
+cases = [case(faulty, seed=k, conditions={"pause_s": 0.25}) for k in range(int(sys.argv[3]))]
+dispatch.run(cases, Path(sys.argv[2]), rigs={"faulty": faulty})
 """
 
 
 def start_driver(store: Path, number: int) -> subprocess.Popen:
     """A driver of its own; Ctrl-C reaches it even where the tests themselves were started in the background."""
     return subprocess.Popen(
-        [sys.executable, "-c", DRIVER, str(FAULTS), str(store), str(number)],
+        [sys.executable, "-c", DRIVER, str(FAULTY.script), str(store), str(number)],
         stderr=subprocess.PIPE,
         preexec_fn=lambda: signal.signal(signal.SIGINT, signal.SIG_DFL),
     )
@@ -120,7 +123,7 @@ def test_a_killed_driver_leaves_no_process_and_the_next_call_goes_on(tmp_path, b
     assert claimed_by_nobody(store)
     kept = stored(store)
     assert 4 <= kept < 40
-    rows = dispatch.run([faulty(k, pause_s=0.25) for k in range(40)], store)
+    rows = run([faulty(k, pause_s=0.25) for k in range(40)], store)
     assert list(rows["answer"]) == [3 * k for k in range(40)]
     assert stored(store) == 40  # only what was missing has been run
     assert not list(store.glob("campaign-*"))
@@ -134,21 +137,20 @@ def test_two_drivers_on_one_store_share_its_work(tmp_path):
 
 
 def test_a_script_that_changes_during_a_campaign_stops_it(tmp_path, monkeypatch):
-    on_yade.rig("faulty")
-    monkeypatch.setattr(on_yade, "fingerprint", lambda *files: "another")
+    monkeypatch.setattr(local, "fingerprint", lambda *files: "another")
     with pytest.raises(SimulationError, match="changed while it was running"):
-        dispatch.run([faulty(0)], tmp_path)
+        run([faulty(0)], tmp_path)
 
 
 def test_torn_and_foreign_lines_in_the_store_are_computed_again(tmp_path):
     cases = [faulty(seed) for seed in range(4)]
-    first = dispatch.run(cases, tmp_path)
+    first = run(cases, tmp_path)
     table = next(tmp_path.glob("faulty-*.csv"))
     lines = table.read_text().splitlines()
     table.write_text("\n".join([*lines[:3], "rubbish", lines[4][:25]]))  # the last row torn, one lost, one line foreign
-    pd.testing.assert_frame_equal(first, dispatch.run(cases, tmp_path))
+    pd.testing.assert_frame_equal(first, run(cases, tmp_path))
     table.write_bytes(b"\x00\xff not a table \x00\n")
-    pd.testing.assert_frame_equal(first, dispatch.run(cases, tmp_path))
+    pd.testing.assert_frame_equal(first, run(cases, tmp_path))
 
 
 def watch_ports(process: subprocess.Popen, mark: Path) -> tuple[list[str], int]:
@@ -186,7 +188,7 @@ def test_the_watch_sees_yade_listen_when_it_is_started_plainly(tmp_path):
 
 def test_no_temporary_folder_is_left(tmp_path):
     before = set(Path("/tmp").glob("yade-*"))
-    dispatch.run([faulty(0), faulty(1, ABORT), faulty(2)], tmp_path)
+    run([faulty(0), faulty(1, ABORT), faulty(2)], tmp_path)
     left = set(Path("/tmp").glob("yade-*")) - before
     time.sleep(5)  # a YADE somebody else starts meanwhile removes its own
     assert {folder for folder in left if folder.exists()} == set()
@@ -206,7 +208,7 @@ def test_yadedaily_is_preferred_and_a_venv_does_not_leak(tmp_path, monkeypatch):
     monkeypatch.delenv("HOME")
     yade.executable.cache_clear()
     try:
-        rows = dispatch.run([faulty(7)], tmp_path / "a store, with 'quotes' and ümlauts")
+        rows = run([faulty(7)], tmp_path / "a store, with 'quotes' and ümlauts")
         assert list(rows["answer"]) == [21]
         seen = record.read_text()
         assert "PYTHONPATH" not in seen and "VIRTUAL_ENV" not in seen and "\nHOME=" in "\n" + seen
@@ -236,7 +238,7 @@ def test_a_yade_that_does_not_run_ends_the_campaign_with_its_words(monkeypatch, 
     yade.version.cache_clear()
     try:
         with pytest.raises(SimulationError, match="no such library"):
-            dispatch.run([faulty(0)], tmp_path / "store")
+            run([faulty(0)], tmp_path / "store")
     finally:
         yade.executable.cache_clear()
         yade.version.cache_clear()

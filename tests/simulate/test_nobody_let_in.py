@@ -18,7 +18,8 @@ from tests.helpers.make_study import folder
 EVERY_RIG = """
 import sys
 from pathlib import Path
-from pellet_study import dispatch, rigs
+from pellet_study import rigs
+from pellet_study.simulate import dispatch
 cases = [rigs.case(name) for name in sys.argv[2:]]
 dispatch.run(cases, Path(sys.argv[1]), time_limit_s=10)
 """
@@ -33,7 +34,7 @@ def test_the_look_sees_a_socket():
 
 
 def test_nothing_listens_and_nothing_lies_open_while_any_rig_runs(tmp_path):
-    names = sorted(on_yade._files())
+    names = sorted(on_yade.files())
     assert {"rebound", "slope_slip", "inclined_roll"} <= set(names)
     before = set(Path("/tmp").iterdir())
     old = os.umask(0o022)

@@ -10,7 +10,7 @@ from pellet_study.paper.audit.optimum import optimum
 from pellet_study.paper.audit.screening import effects, screening_anova, screening_design
 from pellet_study.paper.audit.surface import equation_four, goodness_of_fit, surface_anova, surface_design
 from pellet_study.paper.audit.verification import time_step, verification
-from pellet_study.paper.verdicts import Item
+from pellet_study.paper.verdicts import Item, counts
 
 __all__ = ["audit", "counts"]
 
@@ -22,9 +22,3 @@ def audit() -> list[Item]:
     sections += [surface_design(), surface_anova(), equation_four(), goodness_of_fit()]
     sections += [optimum(), verification(), time_step()]
     return [item for section in sections for item in section]
-
-
-def counts(items: list[Item]) -> dict[str, int]:
-    """{verdict: how many}."""
-    found = [item.verdict for item in items]
-    return {verdict: found.count(verdict) for verdict in sorted(set(found))}

@@ -6,8 +6,14 @@ from pellet_study.doe.linear_model import interval
 from pellet_study.doe.steepest_climb import first_order_model
 from pellet_study.paper import designs
 from pellet_study.paper.designs import implied_angles
+from pellet_study.paper.judging.path import steps_as_gradient
 from pellet_study.paper.printed import printed_text, table, tables
 from pellet_study.paper.verdicts import LEVEL, NOT_RECOMPUTABLE, Item, judged
+
+GRADIENT_WORDS = (
+    "all ranges are equal, so ",
+    "; signs agree, lengths do not: the path is the diagonal of the box from its corner of lowest prediction",
+)
 
 
 def _climb_model():
@@ -41,35 +47,16 @@ def climb() -> list[Item]:
         )
     return [
         *items,
-        _climb_steps(section, model, factors, points),
+        steps_as_gradient(section, model, factors, points, 1, *GRADIENT_WORDS),
         _climb_monotone(section),
         *_climb_repeats(section, model, points),
     ]
 
 
-def _climb_steps(section, model, factors, points) -> Item:
-    steps = points[1] - points[0]
-    slopes = np.array([model.coefficients[factor.name] for factor in factors])
-    angle = np.degrees(np.arccos(steps @ slopes / np.linalg.norm(steps) / np.linalg.norm(slopes)))
-    physical = steps * [factor.half_range for factor in factors]
-    gradient = physical[1] * slopes / slopes[1]
-    moves = ", ".join(f"{factor.name} {move:+.2f}" for factor, move in zip(factors, physical, strict=True))
-    wanted = ", ".join(f"{factor.name} {move:+.5f}" for factor, move in zip(factors, gradient, strict=True))
-    return judged(
-        section,
-        f"steps {moves} as the steepest climb",
-        "gradient",
-        f"{angle:.2f} deg off",
-        angle < 1,
-        f"all ranges are equal, so the fitted gradient asks for {wanted}; signs agree, lengths do not: the "
-        "path is the diagonal of the box from its corner of lowest prediction",
-    )
-
-
 def _climb_monotone(section) -> Item:
     errors = table(10)["Relative error"].to_numpy(dtype=float)
     turns = int(np.sum(np.diff(np.sign(np.diff(errors))) != 0))
-    angles = []
+    angles: list = []
     for row in range(1, len(errors) + 1):
         angles.append(next((a for a in implied_angles(row) if not angles or a > angles[-1]), np.nan))
     rising = np.isfinite(angles).all()

@@ -8,21 +8,15 @@ from pellet_study.doe.linear_model import interval
 from pellet_study.doe.optimum import target_set
 from pellet_study.paper import designs
 from pellet_study.paper.designs import implied_angles
+from pellet_study.paper.judging import settings
 from pellet_study.paper.printed import printed_text, table
-from pellet_study.paper.verdicts import INCONSISTENT, LEVEL, REPRODUCED, Item, compare, judged
+from pellet_study.paper.verdicts import LEVEL, Item, judged
 
 
 def at_optimum(b_reversed: bool):
     """Prediction at the published optimum and its span over the rounding of the three levels."""
-    surface, point = designs.surface(b_reversed), printed_text()["optimum"]
-    half = 0.0005
-    corners = [
-        [float(f.coded(point[f.name] + sign * half)) for f, sign in zip(surface.table.factors, signs, strict=True)]
-        for signs in product((-1, 1), repeat=3)
-    ]
-    coded = [float(f.coded(point[f.name])) for f in surface.table.factors]
-    span = surface.model.predict(corners)
-    return coded, interval(surface.model, [coded], LEVEL), (float(span.min()), float(span.max()))
+    point = printed_text()["optimum"]
+    return settings.at_point(designs.surface(b_reversed), point, dict.fromkeys(point, 0.0005))
 
 
 def optimum() -> list[Item]:
@@ -34,88 +28,27 @@ def optimum() -> list[Item]:
         ("coding of Table 11 (-1 = 0.90)", True),
         ("B coded the other way (-1 = 0.82)", False),
     ):
-        coded, predicted, span = at_optimum(b_reversed)
-        reason = (
-            f"coded {', '.join(f'{x:.3f}' for x in coded)}; 95 % confidence {predicted.confidence[0]:.4f} to "
-            f"{predicted.confidence[1]:.4f}, prediction {predicted.prediction[0]:.4f} to "
-            f"{predicted.prediction[1]:.4f}; rounding of the optimum spans {span[0]:.4f} to {span[1]:.4f}"
-        )
-        items.append(
-            compare(
-                section,
-                f"predicted angle at the optimum, {label}",
-                f"{target}",
-                predicted.predicted,
-                reason,
-                span,
-            )
-        )
+        item = f"predicted angle at the optimum, {label}"
+        items.append(settings.prediction(section, item, f"{target}", *at_optimum(b_reversed)))
     found = target_set(designs.surface(), target, text["repose_angle_physical_pm"])
-    return [*items, *_reach(section, found), *_centre(section, target), *_coding(section)]
-
-
-def _reach(section, found) -> list[Item]:
-    """Whether the target can be met in the box, and by one setting only."""
-    top = found.surface.stationary
-    inside = bool(np.all(np.abs(top.coded) <= 1))
-    extents = "; ".join(f"{e.name} {e.coded[0]:.3f} to {e.coded[1]:.3f}" for e in found.sheet_extents)
-    unique = not found.sheet_extents or all(e.coded[1] - e.coded[0] < 1e-3 for e in found.sheet_extents)
-    unidentified = [e.name for e in found.sheet_extents if e.unidentified]
-    return [
-        Item(
-            section,
-            f"{found.target} reachable in the box",
-            "yes",
-            found.highest,
-            None,
-            REPRODUCED if found.reachable else INCONSISTENT,
-            f"highest predicted response {found.highest:.6f}; the stationary point "
-            f"{', '.join(f'{x:.4f}' for x in top.coded)} is a {top.kind} "
-            f"{'inside' if inside else 'outside'} the box",
-        ),
-        judged(
-            section,
-            "the best combination is unique",
-            "yes",
-            f"{len(found.sheet_extents) - 1}-dimensional sheet",
-            unique,
-            f"one equation, {len(found.sheet_extents)} unknowns; coded extents {extents}; "
-            f"{100 * found.fraction:.1f} % of the box lies within +-{found.uncertainty} deg of "
-            f"{found.target}, {100 * found.fraction_one_percent:.1f} % within 1 %; not identified: "
-            f"{', '.join(unidentified) or 'none'}",
-        ),
-    ]
+    return [*items, *settings.reach(section, found, "deg"), *_centre(section, target), *_coding(section)]
 
 
 def _centre(section, target) -> list[Item]:
     """The centre runs of Table 12 beside the target and row 2 of Table 10."""
-    from scipy.special import stdtr
-
     data = designs.surface_table()
     runs = data.response[(data.coded == 0).all(axis=1)]
-    mean, sd, n = runs.mean(), runs.std(), len(runs)
-    width = sd * np.sqrt(1 + 1 / n)
-    statistics = [abs(angle - mean) / width for angle in (target, *implied_angles(2))]
-    p = [float(2 * stdtr(n - 1, -t)) for t in statistics]
     low, high = implied_angles(2)
+    statistics, p = settings.new_run(runs, (low, high))
     return [
-        judged(
-            section,
-            "centre of the box and target",
-            f"{target}",
-            mean,
-            p[0] > LEVEL,
-            f"centre runs {mean:.3f} +- {sd:.4f}: {100 * abs(mean - target) / target:.3f} % off; the "
-            f"verified optimum ({printed_text()['repose_angle_verification_deg']}) is no closer",
-            mean - target,
-        ),
+        *settings.centre(section, data, target, printed_text()["repose_angle_verification_deg"]),
         judged(
             section,
             "row 2 of Table 10 and the centre runs (same B, C, G)",
             f"{low:.4f} or {high:.4f}",
-            mean,
-            max(p[1:]) > LEVEL,
-            f"t({n - 1}) of one new run {statistics[1]:.3f} (p {p[1]:.3f}) or {statistics[2]:.3f} (p {p[2]:.3f})",
+            runs.mean(),
+            max(p) > LEVEL,
+            f"t({len(runs) - 1}) of one new run {statistics[0]:.3f} (p {p[0]:.3f}) or {statistics[1]:.3f} (p {p[1]:.3f})",
         ),
     ]
 
@@ -166,7 +99,7 @@ def _coding(section) -> list[Item]:
         predicted, (low, high), p = _row_test(row)
         other, _, p_other = _row_test(row, (1, 1, 1))
         angles = implied_angles(row)
-        nearest = min(angles, key=lambda angle, y=predicted: abs(angle - y))
+        nearest = angles[int(np.argmin(np.abs(np.asarray(angles) - predicted)))]
         items.append(
             judged(
                 section,

@@ -4,6 +4,7 @@ import numpy as np
 
 from pellet_study.doe.plackett_burman import coded_matrix
 from pellet_study.paper import designs
+from pellet_study.paper.judging import fits
 from pellet_study.paper.printed import printed_cells
 from pellet_study.paper.verdicts import DATA_MISSING, INCONSISTENT, REPRODUCED, Item, compare, judged
 
@@ -55,7 +56,7 @@ def _library_match(corners: np.ndarray) -> tuple[list[int], list[int]] | None:
     wanted = [sorted(map(tuple, corners[:, : k + 1])) for k in range(corners.shape[1])]
     for image in library:  # the library row that becomes the row of all -1
         flipped = -library * image
-        stack = [[]]
+        stack: list[list[int]] = [[]]
         while stack:
             chosen = stack.pop()
             if len(chosen) == corners.shape[1]:
@@ -111,22 +112,14 @@ def screening_anova() -> list[Item]:
     rows = {row["source"]: row for row in screening.anova}
     pooled_df = rows["residual"]["df"] + 1
     pooled = (rows["residual"]["sum_of_squares"] + rows["curvature"]["sum_of_squares"]) / pooled_df
-    items = []
-    for name, cell in cells.items():
-        row = rows["model" if name == "Model" else name]
-        items += [
-            compare(section, f"{name} sum of squares", cell["Sum of squares"], row["sum_of_squares"]),
-            compare(
-                section,
-                f"{name} F",
-                cell["F-value"],
-                row["f"],
-                f"with the centre point pooled into the residual {row['mean_square'] / pooled:.4f}"
-                if name == "Model"
-                else "",
-            ),
-            compare(section, f"{name} P", cell["P-value"], row["p"]),
-        ]
+
+    def reason(name: str, key: str, row: dict) -> str:
+        if (name, key) != ("Model", "f"):
+            return ""
+        return f"with the centre point pooled into the residual {row['mean_square'] / pooled:.4f}"
+
+    columns = [("sum of squares", "Sum of squares", "sum_of_squares"), ("F", "F-value", "f"), ("P", "P-value", "p")]
+    items = fits.anova(section, cells, rows, columns, lambda name: "model" if name == "Model" else name, reason)
     residual, curvature = rows["residual"], rows["curvature"]
     items.append(
         Item(

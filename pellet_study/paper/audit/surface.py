@@ -1,6 +1,7 @@
 """The Box-Behnken test: Tables 11 to 13, Eq. 4."""
 
 from pellet_study.paper import designs
+from pellet_study.paper.judging import fits
 from pellet_study.paper.printed import printed_cells, printed_text, tables
 from pellet_study.paper.verdicts import DATA_MISSING, INCONSISTENT, REPRODUCED, Item, compare
 
@@ -35,17 +36,12 @@ def surface_anova() -> list[Item]:
         "Pure error": "pure error",
         "Sum": "total",
     }
-    items = []
-    for name, cell in printed_cells(13).items():
-        row = rows[keys.get(name, name.replace("²", "2"))]
-        for label, column, key in (
-            ("mean square", "Mean square", "mean_square"),
-            ("sum of squares", "Sum of square", "sum_of_squares"),
-            ("P", "P-value", "p"),
-        ):
-            if cell[column]:
-                reason = f"F = {row['f']:.4f}" if key == "p" else ""
-                items.append(compare(section, f"{name} {label}", cell[column], row[key], reason))
+    columns = [
+        ("mean square", "Mean square", "mean_square"),
+        ("sum of squares", "Sum of square", "sum_of_squares"),
+        ("P", "P-value", "p"),
+    ]
+    items = fits.anova(section, printed_cells(13), rows, columns, lambda name: keys.get(name, name.replace("²", "2")))
     cell, row = printed_cells(13)["BC"], rows["BC"]
     items.append(
         compare(
@@ -62,12 +58,8 @@ def surface_anova() -> list[Item]:
 def equation_four() -> list[Item]:
     """Eq. 4 in coded units."""
     printed = tables()["equations"]["4"]
-    coefficients = designs.surface().coefficients
-    items = []
-    for term, text in zip(printed["terms"], printed["printed_coefs"], strict=True):
-        reason = "printed without its exponent" if term == "B2" else ""
-        items.append(compare("Eq. 4", term, text, coefficients[term], reason))
-    return items
+    cells = dict(zip(printed["terms"], printed["printed_coefs"], strict=True))
+    return fits.terms("Eq. 4", cells, designs.surface().coefficients, {"B2": "printed without its exponent"})
 
 
 def goodness_of_fit() -> list[Item]:

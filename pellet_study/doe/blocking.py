@@ -1,0 +1,163 @@
+"""A design split into blocks: orthogonal where it can be, else with as little loss as was found, and how much that is.
+
+References
+----------
+Box, Hunter, Ann. Math. Statist. 28 (1957) 195, doi:10.1214/aoms/1177707047: conditions of orthogonal blocking.
+Cook, Nachtsheim, Computer-aided blocking of factorial and response-surface designs, Technometrics 31 (1989) 339,
+doi:10.1080/00401706.1989.10488553: exchange of runs between blocks.
+"""
+
+from itertools import combinations
+
+import numpy as np
+
+from pellet_study.doe.plackett_burman import coded_matrix
+from pellet_study.doe.published_designs import box_behnken_blocks
+from pellet_study.errors import InputError
+
+STARTS = 10
+"""Random blocks that the exchange starts from."""
+
+
+def inflation(model_matrix: np.ndarray, blocks: np.ndarray) -> np.ndarray:
+    """Standard error of each column's coefficient with the blocks fitted, over that without them; inf where lost.
+
+    Parameters
+    ----------
+    model_matrix : ndarray (n_runs, n_terms)
+        With the intercept as its first column; the answer is for the other columns.
+    blocks : ndarray (n_runs,)
+        Labels.
+    """
+    columns = model_matrix[:, 1:]
+    free = columns - columns.mean(axis=0)
+    within = columns - _means(columns, blocks)
+    before, after = free.T @ free, within.T @ within
+    if np.linalg.matrix_rank(after) < len(after):
+        return np.full(len(after), np.inf)
+    return np.sqrt(np.diag(np.linalg.inv(after)) / np.diag(np.linalg.inv(before)))
+
+
+def _means(columns: np.ndarray, blocks: np.ndarray) -> np.ndarray:
+    """The mean of each column over the block of each run."""
+    found = np.empty_like(columns)
+    for block in np.unique(blocks):
+        found[blocks == block] = columns[blocks == block].mean(axis=0)
+    return found
+
+
+def _check(n_blocks: int, n_runs: int) -> None:
+    if not 1 <= n_blocks <= n_runs // 2:
+        raise InputError(
+            f"{n_blocks} blocks of {n_runs} runs were asked for: expected 1 to {n_runs // 2}, two runs or more in each"
+        )
+
+
+def screening_blocks(coded: np.ndarray, n_blocks: int) -> np.ndarray:
+    """Blocks of a two-level design (n_runs, n_factors) with its centre points: the block of each run from 1.
+
+    2 and 4 blocks are made by columns of signs that no main effect is mixed with: columns of the Plackett-Burman
+    matrix that no factor uses, or products of three factors or more. Where there are none, runs are exchanged.
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two runs for a block.
+    """
+    _check(n_blocks, len(coded))
+    centre = ~coded.any(axis=1)
+    corners = coded[~centre]
+    full = np.column_stack([np.ones(len(corners)), corners])
+    found = _by_signs(full, n_blocks)
+    if found is None:
+        found = exchanged(full, n_blocks)
+    blocks = np.zeros(len(coded), dtype=int)
+    blocks[~centre] = found
+    blocks[centre] = 1 + np.arange(int(centre.sum())) % n_blocks
+    return blocks
+
+
+def _by_signs(full: np.ndarray, n_blocks: int) -> np.ndarray | None:
+    """Blocks by one or two columns of signs, orthogonal to the columns of the model and so are their products."""
+    if n_blocks == 1:
+        return np.ones(len(full), dtype=int)
+    if n_blocks not in (2, 4):
+        return None
+    n_factors = full.shape[1] - 1
+    candidates = _unused(full) + [
+        full[:, list(word)].prod(axis=1) for size in (3, 4) for word in combinations(range(1, n_factors + 1), size)
+    ]
+    free = [column for column in candidates if np.abs(full.T @ column).max() < 0.5]
+    if n_blocks == 2:
+        return 1 + (free[0] > 0).astype(int) if free else None
+    for first, second in combinations(free, 2):
+        if abs(first @ second) < 0.5 and np.abs(full.T @ (first * second)).max() < 0.5:
+            return 1 + (first > 0).astype(int) + 2 * (second > 0)
+    return None
+
+
+def _unused(full: np.ndarray) -> list[np.ndarray]:
+    """Columns of the Plackett-Burman matrix that no factor uses, where the runs are its runs in their order."""
+    n_runs, size = full.shape
+    if n_runs not in (8, 12, 16, 20, 24):
+        return []
+    whole = coded_matrix(n_runs - 1, n_runs)
+    return list(whole[:, size - 1 :].T) if np.array_equal(whole[:, : size - 1], full[:, 1:]) else []
+
+
+def surface_blocks(coded: np.ndarray, model_matrix: np.ndarray, n_blocks: int) -> np.ndarray:
+    """Blocks of a Box-Behnken design: as published, or by exchange where none were.
+
+    Parameters
+    ----------
+    coded : ndarray (n_runs, n_factors)
+    model_matrix : ndarray (n_runs, n_terms)
+        Of the quadratic model.
+    """
+    _check(n_blocks, len(coded))
+    if n_blocks == 1:
+        return np.ones(len(coded), dtype=int)
+    found = box_behnken_blocks(coded, n_blocks)
+    return exchanged(model_matrix, n_blocks) if found is None else found
+
+
+def exchanged(model_matrix: np.ndarray, n_blocks: int, seed: int = 0) -> np.ndarray:
+    """Blocks of equal size (one run more in the first) by exchange of runs, from random starts.
+
+    Pairs of runs change places while that lowers :math:`\\sum_{ij} m_{ij}^2`, m the centred columns summed over block
+    i: it is 0 where the blocks are orthogonal.
+    """
+    columns = model_matrix[:, 1:] - model_matrix[:, 1:].mean(axis=0)
+    columns = columns / np.maximum(np.linalg.norm(columns, axis=0), 1e-300)
+    rng = np.random.default_rng(seed)
+    best, least = np.arange(len(columns)) % n_blocks, np.inf
+    for _ in range(STARTS):
+        blocks = rng.permutation(np.arange(len(columns)) % n_blocks)
+        loss = _exchange(columns, blocks, n_blocks)
+        if loss < least - 1e-12:
+            best, least = blocks, loss
+        if least < 1e-12:
+            break
+    return best + 1
+
+
+def _exchange(columns: np.ndarray, blocks: np.ndarray, n_blocks: int) -> float:
+    """Change pairs in place until none helps; returns what is left."""
+    sums = np.array([columns[blocks == block].sum(axis=0) for block in range(n_blocks)])
+    better = True
+    while better:
+        better = False
+        for first in range(len(columns)):
+            others = np.flatnonzero(blocks != blocks[first])
+            move = columns[others] - columns[first]  # what the block of `first` gains, and that of the other loses
+            gain = 2 * np.einsum("ij,ij->i", move, sums[blocks[first]] - sums[blocks[others]]) + 2 * np.einsum(
+                "ij,ij->i", move, move
+            )
+            place = int(np.argmin(gain))
+            if gain[place] < -1e-10:
+                second = others[place]
+                sums[blocks[first]] += move[place]
+                sums[blocks[second]] -= move[place]
+                blocks[first], blocks[second] = blocks[second], blocks[first]
+                better = True
+    return float(np.sum(sums**2))

@@ -1,0 +1,91 @@
+"""Numbers that contradict the model, said in words with what to do: curvature, lack of fit, a fit worse than the mean."""
+
+import numpy as np
+
+from pellet_study.doe.box_behnken import Surface
+from pellet_study.doe.plackett_burman import Screening
+from pellet_study.doe.steepest_climb import Climb
+
+
+def p_in_words(p: float) -> str:
+    """p to four decimals, or below what they show."""
+    return "p < 0.0001" if p < 1e-4 else f"p {p:.4f}"
+
+
+def screening_cautions(screening: Screening) -> list[str]:
+    """What speaks against the straight line of a screening."""
+    found = []
+    curvature = screening.curvature
+    if curvature and curvature.p is not None and curvature.p < screening.alpha:
+        found.append(
+            f"the curvature is significant (F {curvature.f:.4g}, {p_in_words(curvature.p)}): the centre runs read "
+            f"{curvature.estimate:+.5g} away from the straight line, so it predicts nothing between the corners; do not "
+            "climb by it, but run a three-level design here (bbd --design) with the factors that act"
+        )
+    elif curvature and curvature.p is None:
+        found.append(
+            f"the centre runs read {curvature.estimate:+.5g} away from the straight line, which cannot be tested without "
+            "a residual: replicate the centre point before you climb"
+        )
+    if screening.lack_of_fit_p is not None and screening.lack_of_fit_p < screening.alpha:
+        found.append(
+            f"the lack of fit is significant ({p_in_words(screening.lack_of_fit_p)}): main effects alone do not describe "
+            "these runs, some factors interact; fold the design over, or run a full factorial of the factors that act"
+        )
+    found += _worse_than_mean(screening, "the factors that act may not be among these, or they interact")
+    return found
+
+
+def surface_cautions(surface: Surface) -> list[str]:
+    """What speaks against a fitted surface."""
+    found = []
+    helps = surface.box_cox is not None and surface.box_cox.transformation_needed
+    transform = ", transform the response (Box-Cox)" if helps else ""
+    if surface.lack_of_fit_p is not None and surface.lack_of_fit_p < surface.alpha:
+        found.append(
+            f"the lack of fit is significant ({p_in_words(surface.lack_of_fit_p)}): the surface misses the runs by more "
+            f"than replicates differ, so its intervals are too narrow; look for a run that went wrong (Cook's D){transform}, "
+            "or make the region smaller; check that the replicates are runs of their own"
+        )
+    found += _worse_than_mean(surface, "leave terms out (--reduce), or run more")
+    found += _far_stationary(surface)
+    return found
+
+
+def _worse_than_mean(analysis: Screening | Surface, advice: str) -> list[str]:
+    if analysis.r2_predicted is None or analysis.r2_predicted >= 0:
+        return []
+    return [
+        f"the predicted R2 is negative ({analysis.r2_predicted:.3f}): a run left out is predicted worse by this model than "
+        f"by the mean of the other runs, so do not predict with it; {advice}"
+    ]
+
+
+def _far_stationary(surface: Surface) -> list[str]:
+    """Where the stationary point lies farther out than any run."""
+    if surface.stationary is None:
+        return []
+    reach = np.abs(surface.table.coded.to_numpy()).max(axis=0)
+    places = zip(surface.table.factors, surface.stationary.coded, reach, strict=True)
+    beyond = [(f, float(x)) for f, x, most in places if abs(x) > most + 1e-9]
+    if not beyond:
+        return []
+    words = ", ".join(f"{f.name} {float(f.physical(x)):.4g}, coded {x:.3g}" for f, x in beyond)
+    return [
+        f"the stationary point ({surface.stationary.kind}) lies outside the runs ({words}): no run supports it, and it is "
+        "no optimum to use; look along the edge of the region, or run the next design in that direction"
+    ]
+
+
+def climb_cautions(climb: Climb, screening: Screening) -> list[str]:
+    """Where the path starts from a prediction that the centre runs contradict."""
+    curvature = screening.curvature
+    if curvature is None or curvature.p is None or curvature.p >= screening.alpha:
+        return []
+    centre = (np.round(screening.table.coded.to_numpy()) == 0).all(axis=1)
+    mean = float(screening.table.response[centre].mean())
+    straight = mean - curvature.estimate
+    return [
+        f"the path is that of the straight line, which predicts {straight:.5g} at the centre where the runs read "
+        f"{mean:.5g}: its predictions are not to be trusted"
+    ]

@@ -1,0 +1,319 @@
+"""Which columns of a table are factors and response, which are blocks, and which are bookkeeping to be left out."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from pathlib import Path
+from types import MappingProxyType
+
+import numpy as np
+import pandas as pd
+
+from pellet_study.doe.blocks import Block, checked
+from pellet_study.errors import InputError
+from pellet_study.tables import rows as table_rows
+from pellet_study.tables.headers import found_in, role, split_unit
+from pellet_study.tables.numbers import MISSING, is_number, number
+
+SIGNS = {
+    "+": 1.0,
+    "-": -1.0,
+    "\u2212": -1.0,
+    "\u2013": -1.0,
+    "0": 0.0,
+    "+1": 1.0,
+    "-1": -1.0,
+    "1": 1.0,
+    "\u22121": -1.0,
+}
+GENERIC = ("factor", "response", "component", "unnamed:")
+
+
+@dataclass(frozen=True)
+class Columns:
+    """A table as numbers.
+
+    Attributes
+    ----------
+    frame : DataFrame (n_runs, n_columns)
+        Factors, the response last; runs without a response are left out.
+    lines : list of int
+        The line of the file each run stands on.
+    notes : list of str
+        What was done while reading.
+    blocks : list of Block
+    left_out : list of str
+        Columns that are neither factor nor response nor block.
+    """
+
+    frame: pd.DataFrame
+    lines: list[int]
+    notes: list[str]
+    blocks: list[Block] = field(default_factory=list)
+    left_out: list[str] = field(default_factory=list)
+
+
+@dataclass(frozen=True)
+class Raw:
+    """Header and lines of a table as text, and its decimal sign."""
+
+    header: list[str]
+    rows: list[tuple[int, list[str]]]
+    decimal: str
+    notes: list[str]
+
+    def column(self, i: int) -> list[str]:
+        return [row[i] for _, row in self.rows]
+
+
+def read_raw(path: Path) -> Raw:
+    """Header and rows of a table of any form that `pellet_study.tables` reads.
+
+    Lines below the header without any number are its second part: units go behind the names that have none.
+
+    Raises
+    ------
+    InputError
+        If the file is missing, no table, empty, or a line has another number of cells than the header.
+    """
+    form, records = table_rows.read(Path(path))
+    lines = list(records)
+    if len(lines) < 2:
+        raise InputError(f"the table {path} holds no runs: expected a header line and one line a run")
+    header, lines, notes = _header(lines, form.decimal)
+    for number_, row in lines:
+        if len(row) != len(header):
+            raise InputError(
+                f"row {number_} of {path} has {len(row)} cells where the header has {len(header)}: expected "
+                "one cell a column, separated as the header is (with commas between cells a decimal point, not comma)"
+            )
+    if not lines:
+        raise InputError(f"the table {path} holds no runs: expected a header line and one line a run")
+    return Raw(header, lines, form.decimal, [*([form.note] if form.note else []), *notes])
+
+
+def _header(lines, decimal: str):
+    """The names of the columns, the lines below them, and what was done."""
+    top = [lines[0]]
+    while len(top) < min(3, len(lines) - 1) and not any(is_number(cell, decimal) for cell in lines[len(top)][1]):
+        if len(lines[len(top)][1]) != len(lines[0][1]) or any(cell.lower() in SIGNS for cell in lines[len(top)][1]):
+            break
+        top.append(lines[len(top)])
+    if len(top) == 1:
+        return lines[0][1], lines[1:], []
+    named = next((k for k, (_, row) in enumerate(top) if not _is_generic(row)), 0)
+    header, notes = list(top[named][1]), []
+    for number_, row in top[named + 1 :]:
+        header = [
+            f"{name} ({unit})" if unit and name and not split_unit(name)[1] else name
+            for name, unit in zip(header, row, strict=True)
+        ]
+        notes.append(f"row {number_} holds no numbers: taken as the units of the columns")
+    return header, lines[len(top) :], notes
+
+
+def _is_generic(row: list[str]) -> bool:
+    """Whether a header line only counts: `Factor 1`, `Response 1`, as in exports of Design-Expert."""
+    return all(not cell or cell.lower().startswith(GENERIC) for cell in row)
+
+
+def check_header(header: list[str], path: Path) -> None:
+    """Refuse a header that does not name the columns, each once."""
+    if all(is_number(name) for name in header):
+        raise InputError(
+            f"the first line of {path} is all numbers ({', '.join(header[:3])} ...): expected the column names there"
+        )
+    repeated = sorted({name for name in header if name and header.count(name) > 1})
+    if repeated:
+        raise InputError(
+            f"the column name {repeated[0]!r} stands {header.count(repeated[0])} times in {path}: expected "
+            "each factor once; rename or remove one"
+        )
+    if len(header) < 2:
+        raise InputError(f"{path} has the single column {header[0]!r}: expected factor columns, then the response")
+
+
+def read_columns(
+    path: Path,
+    ignore: Sequence[str] = (),
+    blocks: Sequence[str] = (),
+    factors: Sequence[str] = (),
+    categories: Mapping[str, tuple[str, ...]] = MappingProxyType({}),
+    unmeasured: bool = False,
+) -> Columns:
+    """The columns of a table as numbers, each in its role.
+
+    Parameters
+    ----------
+    path : Path
+        CSV or xlsx; the last column that is not left out is the response.
+    ignore, blocks, factors : sequence of str
+        Columns that are neither factor nor response; that are blocks; that are factors whatever they are called.
+        A name without its unit will do.
+    categories : mapping, optional
+        {factor: its levels in words}: of two the first is read as -1 and the second as 1, of more as 0, 1, 2, ...
+    unmeasured : bool
+        Keep runs without a response (NaN), as in the sheet of a design that is not run yet.
+
+    Raises
+    ------
+    InputError
+        Naming column and row where a cell is no number, and all columns of which it must be said what they are.
+    """
+    raw = read_raw(path)
+    check_header(raw.header, path)
+    known = {kind: [_known(name, raw.header, kind, path) for name in names] for kind, names in
+             (("ignore", ignore), ("use as block", blocks))}  # fmt: skip
+    given = {found_in(name, raw.header) for name in factors}
+    kept, left_out, asked = [], [], []
+    for i, name in enumerate(raw.header):
+        if name in known["ignore"] or name in known["use as block"]:
+            continue
+        why, question = (None, None) if name in given else _role(raw, i)
+        if question:
+            asked.append(question)
+        elif why:
+            left_out.append((name, why))
+        else:
+            kept.append(i)
+    _ask(asked, path)
+    unnamed = [i for i in kept if not raw.header[i]]
+    if unnamed:
+        raise InputError(f"column {unnamed[0] + 1} of {path} has no name: name each factor and the response")
+    if len(kept) < 2:
+        raise InputError(f"{path} keeps {len(kept)} columns: expected factor columns, then the response")
+    notes = [*raw.notes, *_left_out_note(left_out)]
+    words = {raw.header.index(_known(name, raw.header, "read words from", path)): codes_of(levels)
+             for name, levels in categories.items()}  # fmt: skip
+    frame, lines, used, failed = _numbers(raw, kept, path, words, unmeasured)
+    found = [
+        checked(Block(name, tuple(raw.rows[k][1][raw.header.index(name)] for k in used)), str(path))
+        for name in dict.fromkeys(known["use as block"])
+    ]
+    return Columns(frame, lines, notes + failed, found, [name for name, why in left_out if why != "empty"])
+
+
+def _known(name: str, header: list[str], kind: str, path: Path) -> str:
+    found = found_in(name, header)
+    if found is None:
+        raise InputError(f"there is no column {name!r} to {kind} in {path}: its columns are {', '.join(header)}")
+    return found
+
+
+def _counts(cells: list[str]) -> bool:
+    """Whether a column only counts: whole numbers, each once, or texts, each once."""
+    filled = [cell for cell in cells if cell]
+    if len(filled) < 2 or len(set(filled)) < len(filled):
+        return False
+    return all(float(cell).is_integer() for cell in filled if is_number(cell))
+
+
+def _role(raw: Raw, i: int) -> tuple[str | None, str | None]:
+    """Why a column is left out, or what must be said of it; (None, None) for a factor or the response."""
+    name, cells = raw.header[i], raw.column(i)
+    said, filled = role(name), [cell for cell in cells if cell]
+    if not name:
+        return ("empty" if not filled else "counts the rows" if i == 0 and _counts(cells) else None), None
+    if said == "order" or (said == "count" and _counts(cells)):
+        return "order of the runs", None
+    if said == "point type":
+        return "type of point", None
+    if said == "dummy":
+        return "dummy, which estimates noise", None
+    if said == "block" and filled and i < len(raw.header) - 1:
+        if len(set(filled)) == 1:
+            return "one block only", None
+        return None, (
+            f"{name!r} looks like a block (a day, a batch): --block {_quoted(name)} fits it as blocks, --factor "
+            f"{_quoted(f'{name}={_ends(cells, raw.decimal)}')} as a factor"
+        )
+    if len(filled) > 1 and not any(is_number(cell, raw.decimal) or cell in SIGNS for cell in filled):
+        if all(cell.lower() in MISSING for cell in filled):
+            return None, None
+        levels = _quoted(f"{name}={','.join(sorted(set(filled))[:3])}")
+        return None, (
+            f"{name!r} holds text ({filled[0][:30]!r}): --block {_quoted(name)} if its words say which block, --factor "
+            f"{levels} if they are the levels of a factor"
+        )
+    return None, None
+
+
+def _ends(cells: list[str], decimal: str) -> str:
+    values = [number(cell, decimal) for cell in cells if is_number(cell, decimal)]
+    return f"{min(values):g},{max(values):g}" if values and min(values) < max(values) else "LOW,HIGH"
+
+
+def _quoted(word: str) -> str:
+    import shlex
+
+    return shlex.quote(word)
+
+
+def _ask(asked: list[str], path: Path) -> None:
+    if asked:
+        raise InputError(
+            f"{path} has columns of which it must be said what they are: " + "; ".join(asked) + ". Or leave "
+            f"{'it' if len(asked) == 1 else 'them'} out with --ignore NAME; expected factor columns, then the response"
+        )
+
+
+def _left_out_note(left_out: list[tuple[str, str]]) -> list[str]:
+    """One sentence on all columns that were left out, grouped by the reason."""
+    reasons: dict[str, list[str]] = {}
+    for name, why in left_out:
+        if why != "empty":
+            reasons.setdefault(why, []).append(name or "the unnamed first column")
+    if not reasons:
+        return []
+    words = "; ".join(f"{', '.join(names)} ({why})" for why, names in reasons.items())
+    return [f"no factors, left out: {words}; --factor NAME=LOW,HIGH makes a column a factor"]
+
+
+def codes_of(levels: tuple[str, ...]) -> dict[str, float]:
+    """{level in words: number it is read as}."""
+    return dict(zip(levels, (-1.0, 1.0) if len(levels) == 2 else map(float, range(len(levels))), strict=True))
+
+
+def _numbers(raw: Raw, kept: list[int], path: Path, words: dict[int, dict[str, float]], unmeasured: bool):
+    """The kept columns as numbers, their lines, the rows used, and a note on each run without a response."""
+    values, lines, used, notes = [], [], [], []
+    last = kept[-1]
+    signs = {i for i in kept[:-1] if all(cell in SIGNS for cell in raw.column(i) if cell)}
+    for k, (line, row) in enumerate(raw.rows):
+        missing = row[last].lower() in MISSING
+        if missing and not unmeasured:
+            notes.append(f"row {line} has no {raw.header[last]!r}: a run that failed; it is left out")
+            continue
+        for i in kept[:-1] if missing else kept:
+            if i in words:
+                if row[i] not in words[i]:
+                    raise InputError(
+                        f"column {raw.header[i]!r}, row {line} of {path}: {row[i]!r} is none of its levels "
+                        f"{', '.join(words[i])}; correct it, or name all levels with --factor"
+                    )
+                continue
+            if not (row[i] in SIGNS if i in signs else is_number(row[i], raw.decimal)):
+                sign = "comma, as other cells of the table have" if raw.decimal == "," else "point"
+                raise InputError(
+                    f"column {raw.header[i]!r}, row {line} of {path}: {row[i]!r} is not a number; expected a level of the "
+                    f"factor or the measured response with a decimal {sign} (leave the response of a failed run empty)"
+                )
+        values.append(
+            [
+                np.nan
+                if missing and i == last
+                else words[i][row[i]]
+                if i in words
+                else SIGNS[row[i]]
+                if i in signs
+                else number(row[i], raw.decimal)
+                for i in kept
+            ]
+        )
+        lines.append(line)
+        used.append(k)
+    if not values:
+        raise InputError(
+            f"no run of {path} has a value in its last column {raw.header[last]!r}: the response is missing"
+        )
+    frame = pd.DataFrame(np.array(values, dtype=float), columns=[raw.header[i] for i in kept])
+    return frame, lines, used, notes

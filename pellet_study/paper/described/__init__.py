@@ -1,0 +1,1 @@
+"""Another paper of this kind: a folder that describes it (paper.toml and tables as CSV), and its audit."""
