@@ -11,7 +11,7 @@ from pellet_study.paper.designs import screening_factors
 from pellet_study.powder.plan import DEFAULT_LAW, OBSERVABLE, RIG, SYMBOLS, Plan
 from pellet_study.rigs import on_yade
 from pellet_study.study.measurements import Measurement
-from pellet_study.study.study import BELONGS_TO, SCALINGS, Study
+from pellet_study.study.study import SCALINGS, Study
 
 CONTRADICTED = 1e-3  # p of the rows' scatter below which their stated sd is not believed
 
@@ -125,7 +125,7 @@ def refuse_effects(study: Study) -> None:
         amount = study.effects[name][effect.amount] if name in study.effects else None
         absent = effect.neutral()[effect.amount]
         if amount is not None and (amount.free or amount.value != absent):
-            instead = [f"{symbol} ({p})" for symbol, p in SYMBOLS.items() if BELONGS_TO.get(p) == name]
+            instead = [f"{symbol} ({p})" for symbol, p in SYMBOLS.items() if p in effect.owns]
             raise InputError(
                 f"study.toml has the effect {name}, but calibrate varies only the parameters A to G: write "
                 f"{name} = {{ {effect.amount} = {absent:g} }}"
