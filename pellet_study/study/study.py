@@ -98,6 +98,7 @@ def check(study: Study, where: str = "") -> None:
                     f"{', '.join(study.catalogue.effects[name].rigs)}. Acting here: {', '.join(acting) or 'no effect'}"
                 )
     owners = {name: effect.name for effect in study.catalogue.effects.values() for name in effect.owns}
-    for name, owner in owners.items():
-        if name in study.parameters and owner not in study.effects:
+    for name in study.parameters:
+        owner = owners.get(name)
+        if owner is not None and owner not in study.effects:
             raise InputError(f"{where}parameters: {name} belongs to the effect {owner}; list {owner} in [effects] too")
