@@ -20,7 +20,8 @@ from pathlib import Path
 import pandas as pd
 
 from pellet_study.rigs import on_yade
-from pellet_study.simulate import dispatch, yade
+from pellet_study.rigs.scripts import SCRIPTS
+from pellet_study.simulation import dispatch, yade
 
 
 def ours(cases: list[dict], store: Path) -> tuple[float, pd.DataFrame]:
@@ -50,7 +51,7 @@ def yade_batch(number: int, folder: Path) -> tuple[float, pd.DataFrame]:
         stdin=subprocess.DEVNULL,
         stdout=subprocess.DEVNULL,
         stderr=subprocess.DEVNULL,
-        env={k: v for k, v in yade.environment(str(folder), SCRIPTS=str(on_yade.SCRIPTS)).items() if "OMPI" not in k},
+        env={k: v for k, v in yade.environment(str(folder), SCRIPTS=str(SCRIPTS)).items() if "OMPI" not in k},
     )
     return time.perf_counter() - start, pd.read_csv(folder / "results.csv")
 
@@ -58,7 +59,8 @@ def yade_batch(number: int, folder: Path) -> tuple[float, pd.DataFrame]:
 def second_call(number: int, store: Path) -> float:
     """Seconds of a fresh Python that asks for the same cases again, all of them stored."""
     program = (
-        "import sys; from pathlib import Path; from pellet_study import dispatch, rigs; "
+        "import sys; from pathlib import Path; from pellet_study import rigs; "
+        "from pellet_study.simulation import dispatch; "
         f"dispatch.run([rigs.case('rebound', seed=seed) for seed in range({number})], Path(sys.argv[1]))"
     )
     start = time.perf_counter()

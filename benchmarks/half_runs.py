@@ -45,7 +45,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--workers", type=int)
     workers = parser.parse_args().workers
-    plan = plan_of(load.load(ROOT / "results" / "full"))
+    plan = plan_of(load(ROOT / "results" / "full"))
     plan = replace(plan, conditions={"powder_mass_g": MASS_G, "outlet_height_mm": HEIGHT_MM})
     rows = []
     for target in TARGETS:

@@ -27,7 +27,8 @@ import pandas as pd
 from repose_checks import MIDDLE
 
 from pellet_study.rigs import on_yade
-from pellet_study.simulate import yade
+from pellet_study.rigs.scripts import SCRIPTS
+from pellet_study.simulation import yade
 from yade_scripts import contacts, heap, powder_scene, repose
 
 FRICTIONAL, COHESIVE = 0.0, 0.2  # J/m2
@@ -56,7 +57,7 @@ def child(command: list[str], folder: Path, environment: dict | None = None) -> 
 def by_hand(case: dict, folder: Path) -> tuple[pd.Series, float]:
     """The rig's row of one case run by hand, as the README says, and its cpu seconds."""
     (folder / "cases.json").write_text(json.dumps([{"id": "heap"} | {k: v for k, v in case.items() if k != "rig"}]))
-    command = yade.command(on_yade.SCRIPTS / "repose.py", "cases.json", "observables.csv")
+    command = yade.command(SCRIPTS / "repose.py", "cases.json", "observables.csv")
     seconds = child(command, folder, yade.environment(str(folder)))
     if not (folder / "observables.csv").exists():
         sys.exit(f"YADE left no result; it said at last:\n{(folder / 'said.txt').read_text()[-2000:]}")

@@ -49,8 +49,8 @@ def clocks() -> np.ndarray:
 def collect(size: int, folder: Path) -> np.ndarray:
     """Seconds from cases to their table, all of them stored; the rows are written as YADE writes them."""
     from pellet_study.rigs import on_yade
-    from pellet_study.simulate import dispatch
-    from pellet_study.simulate.store import Store, key
+    from pellet_study.simulation import dispatch
+    from pellet_study.simulation.store import Store, key
     from yade_scripts.case import flat, line, sealed
 
     rig, store = on_yade.rig("rebound"), Store(folder / "store")
@@ -62,7 +62,7 @@ def collect(size: int, folder: Path) -> np.ndarray:
     with open(store.table(rig), "wb") as table:
         table.write(b"heading\n")
         for case in cases:
-            row = {**flat({**case, "id": key(case)}), "rebound_height_mm": 7 + case["seed"] / 7, "status": "ok"}
+            row = {**flat({**case, "id": key(case, rig)}), "rebound_height_mm": 7 + case["seed"] / 7, "status": "ok"}
             table.write(sealed(line(row, names)))
     start = clocks()
     found = dispatch.run(cases, folder / "store")

@@ -19,7 +19,7 @@ from pellet_study.output import style
 from pellet_study.paper.designs import screening_factors
 from pellet_study.powder.plan import IDLE, OBSERVABLE, RIG, SYMBOLS
 from pellet_study.rigs import on_yade
-from pellet_study.simulate import dispatch
+from pellet_study.simulation import dispatch
 from pellet_study.study import load
 
 FOLDER = Path(__file__).resolve().parent.parent / "results" / "paper_heaps"
@@ -60,7 +60,7 @@ def main() -> None:
     parser.add_argument("--seeds", type=int, default=4)
     parser.add_argument("--workers", type=int)
     given = parser.parse_args()
-    loaded = load.load(FOLDER)
+    loaded = load(FOLDER)
     heaps = simulated(loaded.rows, loaded.contact_law, given.seeds, given.workers)
     heaps.to_csv(FOLDER / "heaps.csv", index=False, lineterminator="\n")
     groups = heaps.groupby("point", sort=False)[OBSERVABLE]

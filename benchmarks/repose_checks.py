@@ -15,8 +15,8 @@ import numpy as np
 import pandas as pd
 
 from pellet_study.rigs import on_yade
-from pellet_study.simulate import dispatch
-from pellet_study.simulate.store import Store, key
+from pellet_study.simulation import dispatch
+from pellet_study.simulation.store import Store, key
 from yade_scripts import contacts, powder_scene
 
 FOLDER = Path(__file__).resolve().parent.parent / "results" / "checks"
@@ -119,8 +119,9 @@ def heaps(name: str, most: int, workers: int | None, stored: bool) -> pd.DataFra
     wanted = cases(name, most)
     if stored:
         with Store(FOLDER / ".store") as store:
-            known = store.rows(on_yade.rig("repose")).index
-        wanted = [each for each in wanted if key(each[2]) in known]
+            rig = on_yade.rig("repose")
+            known = store.rows(rig).index
+        wanted = [each for each in wanted if key(each[2], rig) in known]
     rows = dispatch.run([case for *_, case in wanted], FOLDER / ".store", workers=workers, quiet=True)
     steps = [step(case) for *_, case in wanted]
     told = pd.DataFrame(

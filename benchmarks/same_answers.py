@@ -39,8 +39,9 @@ RUNS = {
 
 def answer(checkout: Path, name: str, words: list[str], folder: Path, store: Path) -> dict[str, bytes]:
     """What a command writes on the study as it stands in `folder`: its JSON, its output, and the files it leaves."""
-    kept = folder / ".store"
+    kept = folder / ("powder/.store" if name == "results/full" else ".store")  # calibrate keeps it beside its results
     if store.exists() and not kept.exists():
+        kept.parent.mkdir(exist_ok=True)
         shutil.move(store, kept)
     words = [*words[:1], "STUDY"] if len(words) == 1 and words != ["audit"] else words
     command = [word.replace("STUDY", str(folder)) for word in words]
@@ -59,7 +60,7 @@ def answer(checkout: Path, name: str, words: list[str], folder: Path, store: Pat
     found = {"exit": str(done.returncode).encode(), "stdout": done.stdout, "stderr": done.stderr}
     found["json"] = json_file.read_bytes() if json_file.exists() else b""
     for file in sorted(folder.rglob("*")):
-        if file.suffix in (".json", ".txt", ".csv", ".html", ".toml", ".md"):
+        if ".store" not in file.parts and file.suffix in (".json", ".txt", ".csv", ".html", ".toml", ".md"):
             found[str(file.relative_to(folder))] = file.read_bytes()
     place = str(folder.parents[1]).encode()  # stands in what is printed; of the same length at every call
     return {name: content.replace(place, b"." * len(place)) for name, content in found.items()}

@@ -5,7 +5,7 @@
     study = ps.load_study("results/wet_beads")
     answer = ps.refine(study)
     print(answer)                    # the page that `pellet-study refine` prints
-    answer.verdict, answer.added     # ('adequate', ['cohesion'])
+    print(answer.verdict, answer.added)     # adequate ['cohesion']
     answer.frame()                   # the error falling step by step, as a data frame
 
 Names are loaded when they are first used.

@@ -20,14 +20,14 @@ import pellet_study
 
 PACKAGE = Path(pellet_study.__file__).resolve().parent
 SCRIPTS = PACKAGE.parent / "yade_scripts"
-SIMULATION = "errors output tables rigs study simulate"
+SIMULATION = "errors output tables rigs study simulation"
 ROOMS = {
     "errors": "",
     "output": "errors",
     "tables": "errors",
     "rigs": "errors output",
     "study": "errors output tables rigs",
-    "simulate": "errors output rigs",
+    "simulation": "errors output rigs",
     "model": SIMULATION,
     "criticism": f"{SIMULATION} model",
     "doe": "errors output tables",

@@ -8,7 +8,7 @@ from tests import ROOT
 ONE_REBOUND = """
 from pathlib import Path
 from pellet_study import rigs
-from pellet_study.simulate import dispatch
+from pellet_study.simulation import dispatch
 assert "site-packages" in rigs.__file__, rigs.__file__
 row = dispatch.run([rigs.case("rebound", seed=1)], Path("store")).iloc[0]
 print(row["status"], float(row["rebound_height_mm"]))

@@ -1,4 +1,4 @@
-"""Effects in the scene of the bench rigs: what each place of the scene asks of the effects that are present.
+"""Effects in a scene. In that of the bench rigs: what each place of the scene asks of the effects that are present.
 
 | place | asked with | answers |
 |---|---|---|
@@ -17,9 +17,14 @@ after the other.
 """
 
 
-def declared(modules) -> dict:
+def declared(modules, rig: str = "") -> dict:
     """{effect: {parameter: declaration}} of a rig's effect files, for its RIG."""
-    return {module.EFFECT["name"]: module.EFFECT["parameters"] for module in modules}
+    return {module.EFFECT["name"]: parameters(module, rig) for module in modules}
+
+
+def parameters(module, rig: str = "") -> dict:
+    """An effect's parameters in a rig: its own there, where the amount is another quantity."""
+    return module.EFFECT.get("parameters_in", {}).get(rig, module.EFFECT["parameters"])
 
 
 class Effects:
@@ -29,15 +34,17 @@ class Effects:
     ----------
     modules : the rig's effect files
     case : a complete case
+    scene : what the effects call their places there
+    rig : where the amount of an effect may be another quantity
     """
 
-    def __init__(self, modules, case: dict):
+    def __init__(self, modules, case: dict, scene: str = "SEED_SCENE", rig: str = ""):
         self._at: dict[str, list] = {}
         for module in modules:
             values = case["effects"][module.EFFECT["name"]]
-            amount, quantity = next(iter(module.EFFECT["parameters"].items()))
+            amount, quantity = next(iter(parameters(module, rig).items()))
             if values[amount] != quantity["absent"]:
-                for place, act in module.SEED_SCENE.items():
+                for place, act in getattr(module, scene, {}).items():
                     self._at.setdefault(place, []).append((act, values))
 
     def __contains__(self, place: str) -> bool:

@@ -1,4 +1,4 @@
-"""Contact laws by name: materials and functors, and the surface energy translated into each law's parameter.
+"""Contact laws: materials and functors, and the surface energy translated into each law's parameter.
 
 Surface energy Gamma is the JKR surface energy of the source paper (as EDEM uses it, the work of adhesion): each law
 gets the parameter that gives the same pull-off force F = 3/2 pi Gamma R*, with 1/R* = 1/R1 + 1/R2 and R* = R on a
@@ -8,6 +8,7 @@ Planes are YADE boxes. Ig2_Box_Sphere_* gives the box the sphere's radius, so YA
 the laws below make up for it, in the moduli where the particles meet nothing but planes, in the adhesion always.
 """
 
+from collections.abc import Callable
 from functools import cache
 from math import atan, exp, log, pi, sqrt
 from typing import NamedTuple
@@ -15,6 +16,8 @@ from typing import NamedTuple
 import numpy as np
 
 SWITCH = 1e-12  # J/m2, far below any weight: keeps YADE's adhesive branch on, see hertz_mindlin
+ALONE, WALLS = 1, 16  # groups of bodies: of particles and walls; of walls alone, where particles do not meet each other
+PARTICLE, WALL = 0, 1  # numbers of the materials in YADE, see Contacts.enter
 
 
 class Material(NamedTuple):
@@ -39,8 +42,21 @@ class Pair(NamedTuple):
     surface_energy: float = 0.0  # Gamma, J/m2
 
 
+class Layer(NamedTuple):
+    """A sphere inside a grain, concentric with it, that meets those of its own group only."""
+
+    material: object
+    group: int  # a power of 2
+    inset: float = 0.0  # its radius is the grain's less this, m
+
+
 class Contacts(NamedTuple):
-    """Materials for the bodies, functors for the interaction loop, damping for the integrator."""
+    """Materials for the bodies, functors for the interaction loop, damping for the integrator.
+
+    `born` is what must be set on each new contact before its second step, where a functor cannot say it; a scene steps
+    with `yade_scripts/stepping.py`, which does. None where the functors say all. Where a grain has `layers`, the particle's
+    sphere meets the walls only, and the layers make the contacts between grains.
+    """
 
     particle: object
     wall: object
@@ -48,6 +64,40 @@ class Contacts(NamedTuple):
     physics: list
     law: list
     damping: float
+    born: Callable | None = None
+    layers: tuple[Layer, ...] = ()
+    looks_every: int = 1  # steps between looks for what is born
+
+    def enter(self) -> None:
+        """Give the materials to YADE, after O.reset(): the particle's number is PARTICLE, the wall's WALL."""
+        from yade import O
+
+        O.materials.append(self.particle)
+        O.materials.append(self.wall)
+
+    def collide(self, collider) -> None:
+        """Tell a collider that spheres of the particle's group do not meet each other, where there are layers."""
+        collider.avoidSelfInteractionMask = ALONE if self.layers else 0
+
+    @property
+    def wall_mask(self) -> int:
+        """Groups of a wall: it meets the particles, whose group is ALONE."""
+        return ALONE | WALLS if self.layers else ALONE
+
+    def grain(self, place, radius: float):
+        """Add a grain at rest (m, m): the body that moves, a clump where it has layers, and the number of its own sphere."""
+        from yade import O, utils
+
+        def sphere(material, group: int, size: float):
+            return utils.sphere(tuple(map(float, place)), size, material=material, color=(1, 1, 1), mask=group)
+
+        whole = sphere(self.particle, ALONE, radius)
+        if not self.layers:
+            number = O.bodies.append(whole)
+            return O.bodies[number], number
+        inner = [sphere(layer.material, layer.group, radius - layer.inset) for layer in self.layers]
+        clump, members = O.bodies.appendClumped([whole, *inner], discretization=0)
+        return O.bodies[clump], members[0]
 
 
 def rayleigh_step(radius: float, material: Material) -> float:
@@ -135,6 +185,7 @@ def hertz_mindlin(
     particle_particle : None where a single particle or clump meets the walls only
     rolling_stiffness : stiffness of the rolling moment below its limit, N m/rad
     """
+    import yade
     from yade import (
         FrictMat,
         Ig2_Box_Sphere_ScGeom,
@@ -147,15 +198,15 @@ def hertz_mindlin(
     alone = particle_particle is None
     rolls = any(pair.rolling_friction > 0 for pair in (particle_wall, particle_particle) if pair)
     stiffer = sqrt(2) if alone else 1.0  # R* = R/2 enters the stiffness as its root
-    physics = [_mindlin(Ip2_FrictMat_FrictMat_MindlinPhys, particle_wall, 0.75, rolling_stiffness)]
-    kind = FrictMat
-    if not alone:
-        from yade import Ip2_PartialSatMat_PartialSatMat_MindlinPhys, PartialSatMat
-
-        kind = PartialSatMat  # a class of its own, so that each pair of materials finds its own functor
-        physics.append(
-            _mindlin(Ip2_PartialSatMat_PartialSatMat_MindlinPhys, particle_particle, 0.375, rolling_stiffness)
-        )
+    kind, born = FrictMat, None
+    if alone or hasattr(yade, "PartialSatMat"):
+        physics = [_mindlin(Ip2_FrictMat_FrictMat_MindlinPhys, particle_wall, 0.75, rolling_stiffness)]
+    if not alone and hasattr(yade, "PartialSatMat"):
+        kind = yade.PartialSatMat  # a class of its own, so that each pair of materials finds its own functor
+        functor = yade.Ip2_PartialSatMat_PartialSatMat_MindlinPhys
+        physics.append(_mindlin(functor, particle_particle, 0.375, rolling_stiffness))
+    elif not alone:
+        physics, born = _both_pairs(particle_particle, particle_wall, rolling_stiffness)
     return Contacts(
         kind(density=particle.density, young=stiffer * particle.young, poisson=particle.poisson_ratio),
         FrictMat(density=wall.density, young=stiffer * wall.young, poisson=wall.poisson_ratio),
@@ -163,7 +214,39 @@ def hertz_mindlin(
         physics,
         [Law2_ScGeom_MindlinPhys_Mindlin(includeMoment=rolls, includeAdhesion=True)],
         damping=0.0,
+        born=born,
     )
+
+
+def _both_pairs(particles: Pair, walls: Pair, rolling_stiffness: float) -> tuple[list, Callable]:
+    """Both pairs in one Mindlin functor, for a YADE without a second class of material that has one.
+
+    Damping and friction go by the materials' numbers. Rolling stiffness and limit and the pull-off force are plain
+    numbers of the functor: each contact gets its own after its first step, in which it has no moment yet, and the adhesion
+    of the less sticky pair.
+    """
+    from yade import Ip2_FrictMat_FrictMat_MindlinPhys, MatchMaker, O
+
+    def of_pair(constant: Callable[[Pair], float]):
+        one, other = constant(particles), constant(walls)
+        return MatchMaker(matches=[(PARTICLE, PARTICLE, one), (PARTICLE, WALL, other)], algo="val", val=other)
+
+    functor = _mindlin(Ip2_FrictMat_FrictMat_MindlinPhys, walls, 0.75, rolling_stiffness)
+    functor.betan = of_pair(lambda pair: damping_ratio(pair.restitution))
+    functor.betas = of_pair(lambda pair: tangential_damping_ratio(pair.restitution))
+    functor.frictAngle = of_pair(lambda pair: atan(pair.static_friction))
+    gamma = [max(share * pair.surface_energy, SWITCH) for share, pair in ((0.375, particles), (0.75, walls))]
+    functor.gamma = min(gamma)
+
+    def born(contact) -> None:
+        numbers = (O.bodies[contact.id1].material.id, O.bodies[contact.id2].material.id)
+        pair = walls if WALL in numbers else particles
+        phys, one, other = contact.phys, contact.geom.refR1, contact.geom.refR2
+        phys.kr = rolling_stiffness if pair.rolling_friction > 0 else 0.0
+        phys.maxBendPl = pair.rolling_friction * (one + other) / 2
+        phys.adhesionForce = 4 * pi * gamma[WALL in numbers] * one * other / (one + other)
+
+    return [functor], born
 
 
 def _mindlin(functor, pair: Pair, gamma_share: float, rolling_stiffness: float):
@@ -180,7 +263,7 @@ def _mindlin(functor, pair: Pair, gamma_share: float, rolling_stiffness: float):
     )
 
 
-def cohesive_frictional(
+def cohesive_frictional_local_damping(
     particle: Material,
     wall: Material,
     particle_wall: Pair,
@@ -207,6 +290,7 @@ def cohesive_frictional(
     """
     from yade import (
         CohFrictMat,
+        CohFrictPhys,
         FrictMat,
         Ig2_Box_Sphere_ScGeom6D,
         Ig2_Facet_Sphere_ScGeom6D,
@@ -221,14 +305,15 @@ def cohesive_frictional(
     alone = particle_particle is None
     pair = particle_wall if alone else particle_particle
     cohesion = pull_off_force(pair.surface_energy, radius if alone else radius / 2) / radius**2
+    bonds_for_ever = CohFrictPhys().unpMax < 0  # of what is not fragile: from YADE 2025 on
 
     def cohesive(material: Material):
         return CohFrictMat(
             density=material.density,
             young=material.young,
-            poisson=_stiffness_ratio(material),
+            poisson=stiffness_ratio(material),
             frictionAngle=atan(pair.static_friction),
-            isCohesive=True,
+            isCohesive=cohesion > 0 or not bonds_for_ever,
             fragile=False,
             momentRotationLaw=True,
             alphaKr=0.5,
@@ -242,14 +327,15 @@ def cohesive_frictional(
     def value(number: float):
         return MatchMaker(algo="val", val=number)
 
-    physics = [
-        Ip2_CohFrictMat_CohFrictMat_CohFrictPhys(
-            setCohesionOnNewContacts=True,
-            normalCohesion=value(cohesion),
-            shearCohesion=value(pair.static_friction * cohesion),
-            frictAngle=value(atan(pair.static_friction)),
-        )
-    ]
+    functor = Ip2_CohFrictMat_CohFrictMat_CohFrictPhys(
+        setCohesionOnNewContacts=True,
+        normalCohesion=value(cohesion),
+        shearCohesion=value(pair.static_friction * cohesion),
+        frictAngle=value(atan(pair.static_friction)),
+    )
+    if hasattr(functor, "rollingCohesion"):  # from YADE 2025 on; by default they follow the shear cohesion
+        functor.rollingCohesion = functor.twistingCohesion = value(0.0)
+    physics = [functor]
     law = [Law2_ScGeom6D_CohFrictPhys_CohesionMoment(useIncrementalForm=True, always_use_moment_law=True)]
     wall_material = cohesive(wall)
     if not alone:
@@ -263,7 +349,14 @@ def cohesive_frictional(
         physics,
         law,
         damping=damping,
+        born=_break_at_pull_off if cohesion > 0 and bonds_for_ever else None,
     )
+
+
+def _break_at_pull_off(contact) -> None:
+    """Let a cohesive contact end at its pull-off force, as in YADE 2023.02a, where later ones would stretch for ever."""
+    if hasattr(contact.phys, "unpMax"):
+        contact.phys.unpMax = 0.0
 
 
 def _wall_modulus(particle: Material, wall: Material) -> float:
@@ -276,15 +369,12 @@ def _wall_modulus(particle: Material, wall: Material) -> float:
     ValueError : the particle alone is already softer than wanted
     """
     compliance = sum((1 - m.poisson_ratio**2) / m.young for m in (particle, wall)) / sqrt(2)
-    left = compliance - (1 - _stiffness_ratio(particle) ** 2) / particle.young
+    left = compliance - (1 - stiffness_ratio(particle) ** 2) / particle.young
     if left <= 0:
         raise ValueError("the wall is too stiff against the particle for the cohesive-frictional law with steel walls")
     return (1 - wall.poisson_ratio**2) / left
 
 
-def _stiffness_ratio(material: Material) -> float:
+def stiffness_ratio(material: Material) -> float:
     """ks/kn = 2 (1 - nu)/(2 - nu) of Mindlin's no-slip contact."""
     return 2 * (1 - material.poisson_ratio) / (2 - material.poisson_ratio)
-
-
-LAWS = {"hertz_mindlin": hertz_mindlin, "cohesive_frictional": cohesive_frictional}

@@ -20,28 +20,10 @@ import numpy as np
 from yade_scripts import particles, seed_scene
 from yade_scripts.acting import Effects, declared
 from yade_scripts.case import Failed, quantity
-from yade_scripts.effects import (
-    adhesion,
-    air_drag,
-    load_dependent_friction,
-    plate_tilt,
-    reading_offset,
-    seed_shape,
-    speed_dependent_rolling,
-    tangential_compliance,
-)
+from yade_scripts.effects import acting_in
 from yade_scripts.seed_scene import GRAVITY, SeedScene
 
-EFFECTS = (
-    adhesion,
-    air_drag,
-    speed_dependent_rolling,
-    load_dependent_friction,
-    tangential_compliance,
-    seed_shape,
-    reading_offset,
-    plate_tilt,
-)
+EFFECTS = acting_in("inclined_roll", "SEED_SCENE")
 RIG = {
     "name": "inclined_roll",
     "contact_laws": seed_scene.CONTACT_LAWS,

@@ -11,12 +11,12 @@ Places at which effects act (their `POWDER_SCENE`):
 """
 
 from math import cos, pi, radians, sin, sqrt, tan
-from types import SimpleNamespace
 
 import numpy as np
 
-from yade_scripts import acting, contacts
+from yade_scripts import contacts, laws, layered, stepping
 from yade_scripts.contacts import Material, Pair
+from yade_scripts.laws import LOCAL_DAMPING, RESTITUTION
 
 GRAVITY = 9.81  # m/s2
 STEEL = Material(7850.0, 7.9e10, 0.3)  # handbook values
@@ -26,30 +26,6 @@ SEGMENTS = 24  # facets around the funnel
 AIR_DENSITY = 1.2  # kg/m3, 20 C
 LATTICE = 2.2  # spacing of the grains before they settle, in the largest radius
 FASTEST_START = 0.1  # m/s, of the random velocities they start with
-
-
-def declared(modules) -> dict:
-    """{effect: {parameter: declaration}} of effect files, for the rig's declaration."""
-    return {module.EFFECT["name"]: parameters(module) for module in modules}
-
-
-def parameters(module) -> dict:
-    """An effect's parameters in the repose rig."""
-    return module.EFFECT.get("parameters_in", {}).get("repose", module.EFFECT["parameters"])
-
-
-class Effects(acting.Effects):
-    """The effects present in a case of the repose rig."""
-
-    def __init__(self, modules, case: dict):
-        here = [
-            SimpleNamespace(
-                EFFECT={"name": module.EFFECT["name"], "parameters": parameters(module)},
-                SEED_SCENE=getattr(module, "POWDER_SCENE", {}),
-            )
-            for module in modules
-        ]
-        super().__init__(here, case)
 
 
 def grain_radius(diameter_um: float, amplification: float) -> float:
@@ -135,7 +111,8 @@ class PowderScene:
     law : name of the contact law
     time_step_fraction : of the Rayleigh step of the smallest grain; less where a Mindlin contact has e < 0.15
     rolling_spring : stiffness of the rolling moment of Mindlin contacts below its limit, in I/dt^2
-    damping : local damping of the cohesive-frictional law
+    damping : local damping of the law that has one
+    adhesion_load : that adhesion adds to the limits of friction and rolling, in pull-off forces (yade_scripts/layered.py)
     drag : drag coefficient of the grains
     draw : random numbers of this case
     """
@@ -152,6 +129,7 @@ class PowderScene:
         time_step_fraction: float,
         rolling_spring: float,
         damping: float,
+        adhesion_load: float,
         drag: float,
         draw: np.random.Generator,
     ):
@@ -162,41 +140,45 @@ class PowderScene:
         self.mean_radius = float(self.grains.mean())
         self.mass = grain_mass(1.0, powder.density) * self.grains**3
         smallest = float(self.grains.min())
-        viscous = (wall_pair,) if law == "cohesive_frictional" else (wall_pair, pair)
+        viscous = (wall_pair, pair) if law == "hertz_mindlin" else (wall_pair,)
         self.time_step = time_step_fraction * contacts.rayleigh_step(smallest, powder)
-        self.time_step *= damper_share(min(each.restitution for each in viscous))
+        if law == RESTITUTION:  # its steps are half as long as those that the walls' share is made for
+            walls = min(1.0, 2 * damper_share(wall_pair.restitution))
+            self.time_step *= min(walls, layered.step_share(pair.restitution, adhesion_load))
+        else:
+            self.time_step *= damper_share(min(each.restitution for each in viscous))
         inertia = 0.4 * grain_mass(smallest, powder.density) * smallest**2
         options = {"rolling_stiffness": rolling_spring * inertia / self.time_step**2}
-        if law == "cohesive_frictional":
+        if law in LOCAL_DAMPING:
             options |= {"radius": self.mean_radius, "damping": damping}
-        self.contacts = contacts.LAWS[law](powder, steel, wall_pair, pair, **options)
+        if law == RESTITUTION:
+            options |= {"radius": self.mean_radius, "time_step": self.time_step, "adhesion_load": adhesion_load}
+        self.contacts = laws.LAWS[law](powder, steel, wall_pair, pair, **options)
+        self.contacts.enter()
         self._fill(draw)
         self._walls()
         self._engines(drag)
+        self.step = stepping.single(self.contacts)
 
     def _fill(self, draw: np.random.Generator) -> None:
         """Grains of random order on a lattice turned at random, with random velocities."""
-        from yade import O, utils
-
         places = self.funnel.lattice(len(self.grains), float(self.grains.max()))
         turn = draw.uniform(0, 2 * pi)
         x = cos(turn) * places[:, 0] - sin(turn) * places[:, 1]
         y = sin(turn) * places[:, 0] + cos(turn) * places[:, 1]
         speeds = FASTEST_START * draw.uniform(-1, 1, (len(places), 3))
-        self.ids = []
+        self.bodies, self.ids = [], []
         for place, radius, speed in zip(zip(x, y, places[:, 2], strict=True), self.grains, speeds, strict=True):
-            body = utils.sphere(
-                tuple(map(float, place)), float(radius), material=self.contacts.particle, color=(1, 1, 1)
-            )
+            body, number = self.contacts.grain(place, float(radius))
             body.state.vel = tuple(map(float, speed))
-            self.ids.append(O.bodies.append(body))
-        self.bodies = [O.bodies[k] for k in self.ids]
+            self.bodies.append(body)
+            self.ids.append(number)
 
     def _walls(self) -> None:
         from yade import O, utils
 
         funnel, steel = self.funnel, self.contacts.wall
-        look = {"material": steel, "color": (1, 1, 1)}
+        look = {"material": steel, "color": (1, 1, 1), "mask": self.contacts.wall_mask}
         ring = radians(360 / SEGMENTS)
         self.walls = []
 
@@ -232,13 +214,15 @@ class PowderScene:
         )
 
         self.shaker = HarmonicMotionEngine(A=(0, 0, 0), f=(1, 1, 1), fi=(0, 0, 0), ids=self.walls, dead=True)
+        collider = InsertionSortCollider(
+            [Bo1_Sphere_Aabb(), Bo1_Box_Aabb(), Bo1_Facet_Aabb()],
+            verletDist=(0.1 if self.contacts.layers else 0.2) * self.mean_radius,
+            targetInterv=-1,
+        )
+        self.contacts.collide(collider)
         O.engines = [
             ForceResetter(),
-            InsertionSortCollider(
-                [Bo1_Sphere_Aabb(), Bo1_Box_Aabb(), Bo1_Facet_Aabb()],
-                verletDist=0.2 * self.mean_radius,
-                targetInterv=-1,
-            ),
+            collider,
             InteractionLoop(self.contacts.geometry, self.contacts.physics, self.contacts.law),
             self.shaker,
             DragEngine(Rho=AIR_DENSITY, Cd=drag, ids=self.ids, dead=drag == 0),
@@ -275,7 +259,11 @@ class PowderScene:
         """Step on."""
         from yade import O
 
-        O.run(steps, True)
+        if self.contacts.born is None:
+            O.run(steps, True)
+            return
+        for _ in range(steps):
+            self.step()
 
     def centres(self) -> np.ndarray:
         """(n, 3) array, m."""

@@ -21,28 +21,10 @@ import numpy as np
 from yade_scripts import particles, seed_scene
 from yade_scripts.acting import Effects, declared
 from yade_scripts.case import Failed, quantity
-from yade_scripts.effects import (
-    adhesion,
-    air_drag,
-    plastic_restitution,
-    plate_tilt,
-    reading_offset,
-    seed_shape,
-    tangential_compliance,
-    viscoelastic_restitution,
-)
+from yade_scripts.effects import acting_in
 from yade_scripts.seed_scene import GRAVITY, SeedScene
 
-EFFECTS = (
-    viscoelastic_restitution,
-    plastic_restitution,
-    adhesion,
-    air_drag,
-    tangential_compliance,
-    seed_shape,
-    reading_offset,
-    plate_tilt,
-)
+EFFECTS = acting_in("rebound", "SEED_SCENE")
 RIG = {
     "name": "rebound",
     "contact_laws": seed_scene.CONTACT_LAWS,

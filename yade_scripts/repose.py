@@ -24,55 +24,31 @@ if __name__ == "__main__":  # by hand: yade -x -n repose.py cases.json observabl
 import os
 from math import sqrt
 from pathlib import Path
-from types import SimpleNamespace
 
 import numpy as np
 
-from yade_scripts import heap
+from yade_scripts import heap, laws
+from yade_scripts.acting import Effects, declared
 from yade_scripts.case import Failed, quantity
 from yade_scripts.contacts import Material, Pair
-from yade_scripts.effects import (
-    air_drag,
-    amplification_size,
-    cohesion,
-    liquid_bridges,
-    rolling_resistance,
-    size_spread,
-    wall_friction,
-)
+from yade_scripts.effects import acting_in
 from yade_scripts.powder_scene import (
     GRAVITY,
     REFERENCE_AMPLIFICATION,
     STEEL,
-    Effects,
     Funnel,
     PowderScene,
     bond_number,
-    declared,
     grain_mass,
     grain_radius,
     radii,
 )
 
-
-def drag_coefficient(drag: float, values) -> float:
-    """Drag coefficient of every grain, for YADE's DragEngine (air_drag itself gives the force on a seed)."""
-    return drag + values["drag_coefficient"]
-
-
 TABLE_1 = "source paper, Table 1"
-EFFECTS = (
-    cohesion,
-    rolling_resistance,
-    liquid_bridges,
-    size_spread,
-    wall_friction,
-    SimpleNamespace(EFFECT=air_drag.EFFECT, POWDER_SCENE={"drag": drag_coefficient}),
-    amplification_size,
-)
+EFFECTS = acting_in("repose", "POWDER_SCENE")
 RIG = {
     "name": "repose",
-    "contact_laws": ("cohesive_frictional", "hertz_mindlin"),
+    "contact_laws": tuple(dict.fromkeys(("cohesive_frictional", *laws.LAWS))),
     "parameters": {
         "powder_restitution": quantity(0.15, 0.05, 0.95, "1", "A, powder-powder; no meaning in cohesive_frictional"),
         "powder_static_friction": quantity(0.8, 0.0, 1.5, "1", "B, powder-powder"),
@@ -87,6 +63,14 @@ RIG = {
         "cohesive_frictional_damping": quantity(
             0.3, 0.05, 0.9, "1", "local damping, in place of the restitution A; not used by hertz_mindlin"
         ),
+        "adhesion_load": quantity(
+            2.0,
+            1.1,
+            5.0,
+            "1",
+            "load that cohesion adds to the limits of friction and rolling, in pull-off forces: 2 in Thornton & Yin 1991; of "
+            "cohesive_frictional_restitution",
+        ),
     },
     "conditions": {
         "powder_mass_g": quantity(25.0, 1.0, 200.0, "g", "mass of the powder; 1,503 grains at the default"),
@@ -94,7 +78,7 @@ RIG = {
         "particle_diameter_um": quantity(431.3, 100.0, 2000.0, "um", "diameter before amplification"),
         "amplification": quantity(6.0, 2.0, 12.0, "1", "amplified over original diameter"),
     },
-    "effects": declared(EFFECTS),
+    "effects": declared(EFFECTS, "repose"),
     "numerics": {
         "time_step_fraction": quantity(
             0.18, 0.005, 0.4, "1", "of the Rayleigh step of the smallest grain; less where e < 0.15"
@@ -211,7 +195,7 @@ def simulate(case: dict) -> dict:
 def build(case: dict) -> tuple[PowderScene, float]:
     """The scene at the start of the fill, and the Bond number."""
     given, conditions, numerics = case["parameters"], case["conditions"], case["numerics"]
-    effects = Effects(EFFECTS, case)
+    effects = Effects(EFFECTS, case, "POWDER_SCENE", "repose")
     radius = grain_radius(conditions["particle_diameter_um"], conditions["amplification"])
     exponent = effects.at("exponent", numerics["surface_energy_exponent"])
     pair = Pair(
@@ -242,6 +226,7 @@ def build(case: dict) -> tuple[PowderScene, float]:
         numerics["time_step_fraction"],
         numerics["rolling_spring"],
         given["cohesive_frictional_damping"],
+        given["adhesion_load"],
         effects.at("drag", 0.0),
         draw,
     )

@@ -4,7 +4,7 @@ from math import isfinite, sqrt
 
 import numpy as np
 
-from yade_scripts import contacts, particles
+from yade_scripts import contacts, laws, particles, stepping
 from yade_scripts.acting import Effects
 from yade_scripts.case import Failed, quantity
 
@@ -111,10 +111,11 @@ class SeedScene:
             raise Failed(f"the {case['contact_law']} law has no restitution that could depend on speed")
         spring = numerics["rolling_spring"] * min(inertia) / self.time_step**2
         options = {"rolling_stiffness": spring}
-        if case["contact_law"] == "cohesive_frictional":
+        if case["contact_law"] in laws.LOCAL_DAMPING:
             options |= {"radius": self.rest_height, "damping": parameters["cohesive_frictional_damping"]}
-        self.contacts = contacts.LAWS[case["contact_law"]](seed, powder, pair, **options)
+        self.contacts = laws.LAWS[case["contact_law"]](seed, powder, pair, **options)
         O.reset()
+        self.contacts.enter()
 
     def place(self, position) -> None:
         """Put the seed's centre at a position (m), at rest."""
@@ -184,9 +185,19 @@ class SeedScene:
         self._touching: list[Touch] = []
         self._known_interactions = 0
         self._out_of_reach = 0  # steps in which no member can come to a plate it does not touch
-        self.step = self._stepper(O.step)
+        self.step = self._stepper(stepping.single(self.contacts))
         self._inertia = tuple(self.state.inertia)
         self._momentum, self._flown_from, self._twice_energy = None, None, None
+
+    def spin(self, momentum) -> None:
+        """Give the seed an angular momentum (N m s, world axes).
+
+        YADE 2023.02a takes the momentum and overwrites the velocity with what follows from it; 2025.2 the other way round
+        in a body that has not moved yet.
+        """
+        momentum = self.vector(*momentum)
+        self.state.angMom = momentum
+        self.state.angVel = self.state.ori * self._of_rotation(self.state.ori, momentum)[1]
 
     def restitution(self, speed: float) -> float:
         """Coefficient of restitution at a normal approach speed (m/s), kept inside the range of the contact law."""

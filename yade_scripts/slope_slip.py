@@ -19,10 +19,10 @@ from math import atan, ceil, cos, degrees, log2, pi, radians, sin
 from yade_scripts import contacts, particles, seed_scene
 from yade_scripts.acting import Effects, declared
 from yade_scripts.case import Failed, quantity
-from yade_scripts.effects import adhesion, load_dependent_friction, plate_tilt, reading_offset, seed_shape
+from yade_scripts.effects import acting_in
 from yade_scripts.seed_scene import GRAVITY, SeedScene
 
-EFFECTS = (adhesion, load_dependent_friction, seed_shape, reading_offset, plate_tilt)
+EFFECTS = acting_in("slope_slip", "SEED_SCENE")
 RIG = {
     "name": "slope_slip",
     "contact_laws": seed_scene.CONTACT_LAWS,

@@ -66,8 +66,8 @@ def diagnose(study: Study, *, write: bool = False) -> Diagnosis:
     --------
     >>> import pellet_study as ps
     >>> answer = ps.diagnose(ps.load_study("results/caco3"))
-    >>> answer.verdict, answer.missing
-    ('adequate', [])
+    >>> print(answer.verdict, answer.missing)
+    adequate []
     """
     state = fit_study(study)
     found = rank(study, state)
@@ -162,8 +162,8 @@ def refine(study: Study, *, write: bool = False) -> Refinement:
     --------
     >>> import pellet_study as ps
     >>> answer = ps.refine(ps.load_study("results/wet_beads"))
-    >>> answer.verdict, answer.added
-    ('adequate', ['cohesion'])
+    >>> print(answer.verdict, answer.added)
+    adequate ['cohesion']
     """
     found = refine_study(study)
     answer = answers.refinement(found)

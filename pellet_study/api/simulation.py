@@ -44,7 +44,7 @@ def simulate(
     InputError : no YADE, or one too old
     SimulationError : YADE cannot be started, or the machine ran out of disk or memory
     """
-    from pellet_study.simulate import dispatch
+    from pellet_study.simulation import dispatch
 
     return dispatch.run(
         cases, Path(store), workers=workers, quiet=quiet, scheduler=scheduler, time_limit_s=time_limit_s

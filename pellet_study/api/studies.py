@@ -9,10 +9,10 @@ from typing import TYPE_CHECKING, Any
 
 from pellet_study.errors import InputError
 from pellet_study.rigs.catalogue import Catalogue, standard
-from pellet_study.study import user_code
 from pellet_study.study.load import assembled, load
 from pellet_study.study.measurements import Measurement, read
 from pellet_study.study.study import Setting, Study
+from pellet_study.study.user_code import catalogue_of
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -20,8 +20,12 @@ if TYPE_CHECKING:
 Free = float | tuple[float, float] | tuple[float, float, float] | Setting
 
 
-def load_study(folder: Path | str) -> Study:
+def load_study(folder: Path | str, library: Path | str | None = None) -> Study:
     """The study in a folder: study.toml, measurements.csv, and effects/ and rigs/ of its own.
+
+    Parameters
+    ----------
+    library : folder with `effects/` and `rigs/` that several studies share; its files are run, and named when they are
 
     Raises
     ------
@@ -34,7 +38,7 @@ def load_study(folder: Path | str) -> Study:
     >>> study.rigs, sorted(study.parameters)
     (('layer_on_incline',), ['internal_friction'])
     """
-    return load(Path(folder))
+    return load(Path(folder), None if library is None else Path(library))
 
 
 def study_of(
@@ -48,6 +52,7 @@ def study_of(
     effort: float = 1.0,
     title: str = "study",
     folder: Path | str | None = None,
+    library: Path | str | None = None,
 ) -> Study:
     """A study of a data frame of readings.
 
@@ -61,7 +66,8 @@ def study_of(
     possible : {rig: {condition: (min, max)}} of what could be measured next
     contact_law : of the rigs on YADE
     effort : multiplies the number of simulations
-    folder : where simulations are kept (.store) and answers written; needed for rigs on YADE
+    folder : where simulations are kept (.store) and answers written; needed for rigs on YADE, and with a library
+    library : as in `load_study`
 
     Raises
     ------
@@ -75,20 +81,23 @@ def study_of(
     >>> readings = pd.DataFrame({"rig": "shear_cell", "observable": "shear_stress_pa", "sd": 10.0,
     ...                          "normal_stress_pa": stress, "value": [0.6 * s + 100 for s in stress]})
     >>> study = ps.study_of(readings, parameters={"internal_friction": (0.1, 1.5)})
-    >>> ps.refine(study).verdict
-    'adequate'
+    >>> print(ps.refine(study).verdict)
+    adequate
     """
     given: dict[str, Any] = {"title": title, "effort": effort, "parameters": _settings(parameters)}
     given["effects"] = {name: _settings(values) for name, values in (effects or {}).items()}
     given["possible"] = {rig: _settings(ranges) for rig, ranges in (possible or {}).items()}
     given |= {} if candidates is None else {"candidates": list(candidates)}
     given |= {} if contact_law is None else {"contact_law": contact_law}
+    if library is not None and folder is None:
+        raise InputError("library: name a folder for the study too, with folder=")
     where = Path(folder) if folder is not None else None
     if where is not None:
         where.mkdir(parents=True, exist_ok=True)
-    everything = standard() if where is None else user_code.of_study(where)
-    study = assembled(given, _rows(measurements, everything), everything, "study_of", where)
-    simulated = [rig for rig in study.rigs if study.catalogue.rigs[rig].predict is None]
+    shared = None if library is None else Path(library)
+    everything = standard() if where is None else catalogue_of(where, shared)
+    study = assembled(given, _rows(measurements, everything), everything, "study_of", where, shared)
+    simulated = [rig for rig in study.rigs if study.catalogue.rigs[rig].on_yade]
     if simulated and where is None:
         raise InputError(f"{', '.join(simulated)} runs on YADE: name a folder for its simulations with folder=")
     return study

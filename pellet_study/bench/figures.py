@@ -1,24 +1,24 @@
 """The figure of a bench sweep."""
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
+from pellet_study.bench import printed
+from pellet_study.bench.chain import BenchResult
 from pellet_study.output import style
 from pellet_study.output.style import MEASURED, MODEL, PAPER, label, styled
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 
 @styled
-def sweep(result, paper_x=None, paper_y=None, paper_curve=None):
-    """A bench sweep: level means, parabola with its 95 % band, measurement and root, the paper's curve beside.
-
-    Parameters
-    ----------
-    result : bench.Calibrated
-    paper_x, paper_y : the paper's printed rows, where there are any
-    paper_curve : quadratic.Quadratic through them
-    """
+def sweep(result: BenchResult) -> "Figure":
+    """A bench sweep: level means, parabola with its 95 % band, measurement and root; the paper's rows where they are printed."""
     from scipy.stats import t
 
-    stage, curve = result.stage, result.curve
+    stage, curve, paper = result.stage, result.curve, printed.sweep(result.stage)
     figure, ax = style.new_axes(5.6, 3.8)
     x = np.linspace(curve.low, curve.high, 200)
     band = t.ppf(0.975, curve.residual_df) * curve.standard_error(x)
@@ -33,9 +33,9 @@ def sweep(result, paper_x=None, paper_y=None, paper_curve=None):
         capsize=2,
         label="YADE, mean over seeds $\\pm$ 2 s.e.",
     )
-    if paper_curve is not None:
-        ax.plot(paper_x, paper_y, "s", mfc="none", color=PAPER, label="source paper (EDEM)")
-        ax.plot(x, paper_curve.at(x), ":", color=PAPER)
+    if paper is not None:
+        ax.plot(paper.x, paper.y, "s", mfc="none", color=PAPER, label="source paper (EDEM)")
+        ax.plot(x, paper.curve.at(x), ":", color=PAPER)
     ax.axhline(result.reading.value, color=MEASURED, ls="--", lw=1.2, label=f"measured {result.reading.value:g}")
     if result.value is not None:
         ax.axvline(result.value, color=MEASURED, lw=0.8)

@@ -3,10 +3,11 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import ArrayLike
 
 
 @dataclass(frozen=True)
-class Quadratic:
+class Parabola:
     """Least-squares fit y = c0 + c1 x + c2 x^2 to a sweep.
 
     `coefficients` and `intervals` (95 %, one row a coefficient) are in the order constant, linear, quadratic;
@@ -21,11 +22,11 @@ class Quadratic:
     low: float
     high: float
 
-    def at(self, x) -> np.ndarray:
+    def at(self, x: ArrayLike) -> np.ndarray:
         """The curve at x."""
         return _terms(x) @ self.coefficients
 
-    def standard_error(self, x) -> np.ndarray:
+    def standard_error(self, x: ArrayLike) -> np.ndarray:
         """Standard error of the curve at x."""
         terms = _terms(x)
         return np.sqrt(np.einsum("...i,ij,...j->...", terms, self.covariance, terms))
@@ -59,12 +60,12 @@ class Quadratic:
         return (float(agree.min()), float(agree.max())) if len(agree) else (float("nan"), float("nan"))
 
 
-def _terms(x) -> np.ndarray:
+def _terms(x: ArrayLike) -> np.ndarray:
     x = np.asarray(x, dtype=float)
     return np.stack([np.ones_like(x), x, x * x], axis=-1)
 
 
-def fit(x, y) -> Quadratic:
+def fit_parabola(x: ArrayLike, y: ArrayLike) -> Parabola:
     """Ordinary least squares of y on 1, x, x^2.
 
     Parameters
@@ -81,7 +82,7 @@ def fit(x, y) -> Quadratic:
     if len(x) < 4:
         raise ValueError(f"a parabola with an error estimate needs at least 4 points, got {len(x)}")
     found = OLS(y, _terms(x)).fit()
-    return Quadratic(
+    return Parabola(
         found.params,
         found.conf_int(),
         found.cov_params(),

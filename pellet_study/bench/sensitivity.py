@@ -1,16 +1,17 @@
 """What the bench rigs' answers depend on besides the physics: numerics, the paper's omissions, the unprinted apparatus."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from itertools import product
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
-from pellet_study.bench import chain
+from pellet_study.bench.seeds import Mean, mean_over_seeds
+from pellet_study.bench.stages import STAGES
 from pellet_study.paper import printed as paper
 from pellet_study.rigs import on_yade
-from pellet_study.simulate import dispatch
+from pellet_study.simulation import dispatch
 from yade_scripts import contacts
 from yade_scripts.particles import alfalfa_seed
 
@@ -20,12 +21,15 @@ CALIBRATED = {  # close to what `bench` finds
     "seed_powder_rolling_friction": 0.25,
 }
 SEEDS = {"rebound": 512, "slope_slip": 32, "inclined_roll": 96}
-OBSERVABLE = {stage.rig: stage.observable for stage in chain.STAGES}
+OBSERVABLE = {stage.rig: stage.observable for stage in STAGES}
 PAPER_RAYLEIGH_STEP_S = 6.87e-6
 NO_FRICTION = {"seed_powder_static_friction": 0.0, "seed_powder_rolling_friction": 0.0}
 
+Setting = tuple[str, dict[str, float], dict[str, float], dict[str, float], int]
+"""A rig, its parameters, conditions and numerics, and how many seeds."""
 
-def numerics_variants() -> Iterator[tuple[str, str, dict]]:
+
+def numerics_variants() -> Iterator[tuple[str, str, dict[str, float]]]:
     """(rig, what is changed, numerics): the defaults of each rig, then one change at a time."""
     for rig in OBSERVABLE:
         default = {name: quantity["default"] for name, quantity in on_yade.rig(rig).numerics.items()}
@@ -41,21 +45,21 @@ def numerics_variants() -> Iterator[tuple[str, str, dict]]:
             yield rig, "bracket halved", {"bracket_deg": default["bracket_deg"] / 2}
 
 
-def _means(settings: list[tuple[str, dict, dict, dict, int]], store: Path, quiet: bool) -> list[chain.Mean]:
-    """Mean over seeds of each (rig, parameters, conditions, numerics, seeds), all in one campaign."""
+def means(settings: Sequence[Setting], store: Path, quiet: bool) -> list[Mean]:
+    """Mean over seeds of each setting, all in one campaign."""
     cases = [
         on_yade.case(rig, seed=seed, parameters=parameters, conditions=conditions, numerics=numerics)
         for rig, parameters, conditions, numerics, seeds in settings
         for seed in range(seeds)
     ]
     rows = dispatch.run(cases, store, quiet=quiet)
-    means, first = [], 0
+    found, first = [], 0
     for rig, *_, seeds in settings:
         part = rows.iloc[first : first + seeds]
         good = part.loc[part["status"] == "ok", OBSERVABLE[rig]].astype(float)
-        means.append(chain.mean_over_seeds(good, seeds - len(good)))
+        found.append(mean_over_seeds(good, seeds - len(good)))
         first += seeds
-    return means
+    return found
 
 
 def numerics_table(store: Path, quiet: bool = False) -> pd.DataFrame:
@@ -65,14 +69,15 @@ def numerics_table(store: Path, quiet: bool = False) -> pd.DataFrame:
     mean or twice the standard error of the difference, whichever is larger.
     """
     variants = list(numerics_variants())
-    settings = []
+    settings: list[Setting] = []
     for rig, _, numerics in variants:
         parameters = CALIBRATED | (NO_FRICTION if rig == "rebound" else {})
         if rig == "slope_slip":
             parameters = parameters | {"seed_powder_rolling_friction": 0.0}
         settings.append((rig, parameters, {}, numerics, SEEDS[rig]))
-    rows, default = [], {}
-    for (rig, change, _), mean in zip(variants, _means(settings, store, quiet), strict=True):
+    rows: list[dict[str, object]] = []
+    default: dict[str, Mean] = {}
+    for (rig, change, _), mean in zip(variants, means(settings, store, quiet), strict=True):
         default.setdefault(rig, mean)
         difference = mean.value - default[rig].value
         error = np.hypot(mean.standard_error, default[rig].standard_error) if change != "default" else 0.0
@@ -92,7 +97,7 @@ def numerics_table(store: Path, quiet: bool = False) -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def _columns(mean: chain.Mean) -> dict:
+def _columns(mean: Mean) -> dict[str, float]:
     return {"mean": mean.value, "standard_error": mean.standard_error, "n": mean.n, "failed": mean.failed}
 
 
@@ -106,17 +111,19 @@ def omissions_table(store: Path, quiet: bool = False) -> pd.DataFrame:
         "a2 on": {"seed_powder_rolling_friction": 0.0},
         "a2 and a3 on": {},
     }
-    settings = [("rebound", CALIBRATED | change, {}, {}, SEEDS["rebound"]) for change in variants.values()]
-    means = _means(settings, store, quiet)
+    settings: list[Setting] = [
+        ("rebound", CALIBRATED | change, {}, {}, SEEDS["rebound"]) for change in variants.values()
+    ]
+    found = means(settings, store, quiet)
     return pd.DataFrame(
         [
             {
                 "rig": "rebound",
                 "setting": name,
                 **_columns(mean),
-                "change_percent": 100 * (mean.value / means[0].value - 1),
+                "change_percent": 100 * (mean.value / found[0].value - 1),
             }
-            for name, mean in zip(variants, means, strict=True)
+            for name, mean in zip(variants, found, strict=True)
         ]
     )
 
@@ -135,15 +142,15 @@ def apparatus_table(store: Path, quiet: bool = False, seeds: int = 16) -> pd.Dat
     for slope, release in product((31.0, 33.0, 35.0), (300.0, 400.0, 500.0)):
         rows = [({"seed_powder_rolling_friction": float(x)}, float(y)) for _, x, y in printed]
         trials.append(("inclined_roll", {"slope_deg": slope, "release_distance_mm": release}, rows))
-    settings = [
+    settings: list[Setting] = [
         (rig, CALIBRATED | (NO_FRICTION if rig == "rebound" else {}) | change, conditions, {}, seeds)
         for rig, conditions, rows in trials
         for change, _ in rows
     ]
-    means = iter(_means(settings, store, quiet))
+    found = iter(means(settings, store, quiet))
     table = []
     for rig, conditions, rows in trials:
-        gaps = np.array([next(means).value - wanted for _, wanted in rows])
+        gaps = np.array([next(found).value - wanted for _, wanted in rows])
         setting = ", ".join(f"{name} = {value:g}" for name, value in conditions.items())
         table.append(
             {"rig": rig, "setting": setting, "rms_difference_mm": float(np.sqrt(np.mean(gaps**2))), "seeds": seeds}

@@ -106,8 +106,8 @@ class Demonstration:
         folder.mkdir(parents=True, exist_ok=True)
         lines = [f'title = "{self.title}"']
         if self.candidates is not None:
-            names = ", ".join(f'"{name}"' for name in self.candidates)
-            lines.append(f"candidates = [{names}]")
+            quoted = ", ".join(f'"{name}"' for name in self.candidates)
+            lines.append(f"candidates = [{quoted}]")
         if self.effort != 1:
             lines.append(f"effort = {self.effort}")
         lines += ["", "[parameters]"]

@@ -17,10 +17,12 @@ from pellet_study.challenge.seeds import BENCH
 from pellet_study.criticism.calibration import fit_study
 from pellet_study.criticism.cell_means import CellMeans
 from pellet_study.criticism.least_squares import fit, problem_of
-from pellet_study.criticism.refine import refine
+from pellet_study.criticism.refine import Refinement, refine
 from pellet_study.errors import InputError
+from pellet_study.model.engine import Engine
 from pellet_study.model.model import Model
-from pellet_study.model.surrogate import Simulated
+from pellet_study.model.surrogate import Surrogate
+from pellet_study.rigs.catalogue import Catalogue
 
 LAMBDAS = (4.0, 6.0, 8.0)
 SHARES = (1.0, 0.7, 0.5, 0.35, 0.25, 0.18, 0.12)  # of its physical range at which an effect is tried
@@ -30,11 +32,17 @@ TRUE = {name: value for name, (value, _, _) in BENCH.ranges.items()}
 class Stored:
     """A demonstration's model on its stored surfaces."""
 
-    def __init__(self, store: Path, workers: int | None = None, candidates=None, of: Demonstration = BENCH):
+    def __init__(
+        self,
+        store: Path,
+        workers: int | None = None,
+        catalogue: Catalogue | None = None,
+        of: Demonstration = BENCH,
+    ):
         self.of = of
-        self.study = of.study(of.rows([np.array([1.0, 2.0])] * len(of.conditions)), candidates)
-        self.engine = Simulated(self.study, store, workers)
-        self.engines = dict.fromkeys(of.observables, self.engine)
+        self.study = of.study(of.rows([np.array([1.0, 2.0])] * len(of.conditions)), catalogue)
+        self.engine = Surrogate(self.study, store, workers)
+        self.engines: dict[str, Engine] = dict.fromkeys(of.observables, self.engine)
         self.model = Model(self.study, engines=self.engines)
         self._sizes: dict[tuple, float | None] = {}
 
@@ -47,7 +55,7 @@ class Stored:
             point[self.model.column[f"{name}.{self.model.study.catalogue.effects[name].amount}"]] = amount
         return point
 
-    def readings(self, parameters: Mapping[str, float], effects: Mapping[str, float]):
+    def readings(self, parameters: Mapping[str, float], effects: Mapping[str, float]) -> tuple[np.ndarray, np.ndarray]:
         """(n,) means of the rows and the variances of these means."""
         found = self.model.predict(self.point(parameters, effects))
         return found.mean[0], found.variance[0]
@@ -57,7 +65,12 @@ class Stored:
         """(n,) readings a row."""
         return np.array([self.of.repeats[case.rig] for case in self.model.cases])
 
-    def strength(self, parameters: Mapping[str, float], effects: Mapping[str, float], shown=None) -> float:
+    def strength(
+        self,
+        parameters: Mapping[str, float],
+        effects: Mapping[str, float],
+        shown: tuple[np.ndarray, np.ndarray] | None = None,
+    ) -> float:
         """Lambda: root of the chi2 the base model, calibrated, leaves on noise-free readings.
 
         What the uncertainty of the effect's own surfaces is expected to give is taken out of it.
@@ -154,7 +167,7 @@ def draw(stored: Stored, name: str, lam: float, sign: int, amount: float, number
     }
 
 
-def described(answer, truth: Mapping[str, float], effects: Mapping[str, float]) -> dict:
+def described(answer: Refinement, truth: Mapping[str, float], effects: Mapping[str, float]) -> dict:
     """What was answered, as cells of a row: verdicts, effects, cover of the true parameters, fitted over hidden size."""
     last = answer.steps[-1]
     inside = [low <= truth[name] <= high for name, (low, high) in last.intervals.items() if name in truth]
@@ -230,6 +243,6 @@ def run(stored: Stored, file: Path, scale: float = 1.0, seconds: float = np.inf,
                 f"ask for {amount:.6g}; its draws belong to other surfaces: move it away"
             )
     done = {(r["hidden"], float(r["lambda"]), int(r["sign"]), int(r["number"])) for r in rows}
-    jobs = [(k / n, *entry, k) for *entry, n in planned for k in range(n)]
-    jobs = [job[1:] for job in sorted(jobs, key=lambda j: j[0]) if (*job[1:4], job[5]) not in done]
+    waiting = [(k / n, (name, lam, sign, amount, k)) for name, lam, sign, amount, n in planned for k in range(n)]
+    jobs = [job for _, job in sorted(waiting, key=lambda entry: entry[0]) if (*job[:3], job[4]) not in done]
     return resume(file, COLUMNS, jobs, partial(draw, stored), seconds, show)

@@ -23,8 +23,9 @@ from pellet_study.criticism.compare import Comparison, compare
 from pellet_study.criticism.refine import Refinement, refine
 from pellet_study.errors import SimulationError
 from pellet_study.model.model import Model
-from pellet_study.rigs import on_yade
-from pellet_study.simulate import dispatch
+from pellet_study.rigs.declared import Rig
+from pellet_study.rigs.on_yade import case
+from pellet_study.simulation import dispatch
 from pellet_study.study.load import load
 
 STRENGTHS = (6.0, 8.0, 10.0, 13.0)
@@ -62,8 +63,8 @@ def seal(number: int, folder: Path, stored: Stored, effects: Sequence[str]) -> N
         for name in dict.fromkeys(effects):
             sign = 1 if stored.study.catalogue.effects[name].sides == 1 or rng.random() < 0.5 else -1
             reached[name] = stored.size(parameters, name, float(kind.split()[1]), sign)
-        reached = [(name, amount) for name, amount in reached.items() if amount is not None]
-        hidden = dict([reached[turn % len(reached)]]) if reached else {}
+        within = [(name, amount) for name, amount in reached.items() if amount is not None]
+        hidden = dict([within[turn % len(within)]]) if within else {}
     elif kind == "outside":
         name = list(OUTSIDE_AMOUNTS)[turn % len(OUTSIDE_AMOUNTS)]
         hidden = {name: OUTSIDE_AMOUNTS[name]}
@@ -85,11 +86,12 @@ def measure(of: Demonstration, numbers: Sequence[int], folder: Path, store: Path
     for group, extra in ((plain, ()), ([n for n in numbers if n not in plain], outside().values())):
         if not group:
             continue
-        for rig in of.observables:
-            mine = [effect.own for effect in extra if rig in effect.rigs]
-            on_yade.use(rig, of.catalogue.rigs[rig].file, mine)
-        cases = [case for n in group for case in _cases(of, n, _truth(folder, n))]
-        table = dispatch.run(cases, store, workers=workers)
+        rigs = {
+            rig: of.catalogue.rigs[rig].with_effects([effect for effect in extra if rig in effect.rigs])
+            for rig in of.observables
+        }
+        cases = [one for n in group for one in _cases(of, n, _truth(folder, n), rigs)]
+        table = dispatch.run(cases, store, rigs=rigs, workers=workers)
         place = 0
         for n in group:
             rng = np.random.default_rng((zlib.crc32(b"read"), n))
@@ -113,21 +115,22 @@ def _truth(folder: Path, number: int) -> dict:
     return json.loads((folder / f"{number:02d}" / "sealed.json").read_text(encoding="utf-8"))
 
 
-def _acting(of: Demonstration, rig: str, truth: Mapping) -> dict[str, dict[str, float]]:
+def _acting(of: Demonstration, rig: Rig, truth: Mapping) -> dict[str, dict[str, float]]:
     """What is hidden in a rig, as a case holds it."""
     known = {**of.catalogue.effects, **outside()}
-    return {name: {known[name].amount: v} for name, v in truth["effects"].items() if name in on_yade.rig(rig).effects}
+    return {name: {known[name].amount: v} for name, v in truth["effects"].items() if name in rig.effects}
 
 
-def _cases(of: Demonstration, number: int, truth: Mapping) -> list[dict]:
-    cases = []
+def _cases(of: Demonstration, number: int, truth: Mapping, rigs: Mapping[str, Rig] | None = None) -> list[dict]:
+    cases: list[dict] = []
+    rigs = rigs or of.catalogue.rigs
     for k, (rig, given) in enumerate(of.conditions):
-        acting = _acting(of, rig, truth)
+        acting = _acting(of, rigs[rig], truth)
         first = FIRST_SEED + (number * len(of.conditions) + k) * SEEDS_A_TRIAL
         for seed in range(first, first + of.simulated(rig)):
             cases.append(
-                on_yade.case(
-                    rig,
+                case(
+                    rigs[rig],
                     seed=seed,
                     parameters={**truth["parameters"], **of.known},
                     conditions=given,
@@ -143,13 +146,13 @@ def weigh(stored: Stored, numbers: Sequence[int], folder: Path, store: Path, wor
 
     At the physical limit an effect's surface may be far off; here its factor on each row comes from simulations there.
     """
-    of, asked, cases = stored.of, [], []
-    for rig in of.observables:
-        on_yade.use(rig, of.catalogue.rigs[rig].file)
+    of = stored.of
+    asked: list[tuple[int, int, int, int]] = []
+    cases: list[dict] = []
     for n in numbers:
         truth = _truth(folder, n)
         for k, (rig, given) in enumerate(of.conditions):
-            acting = _acting(of, rig, truth)
+            acting = _acting(of, of.catalogue.rigs[rig], truth)
             if not acting:
                 continue
             first = FIRST_OF_STRENGTHS + (n * len(of.conditions) + k) * SEEDS_A_TRIAL
@@ -157,9 +160,7 @@ def weigh(stored: Stored, numbers: Sequence[int], folder: Path, store: Path, wor
             parameters = {**truth["parameters"], **of.known}
             for effects in (acting, {}):
                 asked.append((n, k, len(cases), len(cases) + len(seeds)))
-                cases += [
-                    on_yade.case(rig, seed=s, parameters=parameters, conditions=given, effects=effects) for s in seeds
-                ]
+                cases += [case(rig, seed=s, parameters=parameters, conditions=given, effects=effects) for s in seeds]
     table = dispatch.run(cases, store, workers=workers) if cases else None
     factors = {n: (np.ones(len(of.conditions)), np.zeros(len(of.conditions))) for n in numbers}
     for (n, k, *with_it), (_, _, *without) in zip(asked[::2], asked[1::2], strict=True):

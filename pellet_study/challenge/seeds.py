@@ -8,7 +8,7 @@ from functools import cache
 from pathlib import Path
 
 from pellet_study.challenge.demonstration import Demonstration
-from pellet_study.rigs import catalogue
+from pellet_study.rigs.declared import Effect, effect_from
 from yade_scripts.case import load
 
 OUTSIDE = Path(__file__).parent / "outside"
@@ -62,7 +62,7 @@ BENCH = Demonstration(
 
 
 @cache
-def outside() -> dict[str, catalogue.Effect]:
-    """Effects that no candidate describes, by name; the file of each is its `own`."""
+def outside() -> dict[str, Effect]:
+    """Effects that no candidate describes, by name; each has its `file`."""
     files = sorted((OUTSIDE / "effects").glob("*.py"))
-    return {file.stem: catalogue.effect_from(load(file), file, own=file) for file in files}
+    return {file.stem: effect_from(load(file), file, file) for file in files}

@@ -20,7 +20,7 @@ from pellet_study.criticism.refine import Refinement, refine
 from pellet_study.model.closed_form import ClosedForm
 from pellet_study.model.engine import Request
 from pellet_study.model.model import Model
-from pellet_study.rigs.catalogue import Acting
+from pellet_study.rigs.declared import Acting
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import Study
 
@@ -196,7 +196,7 @@ def trial_next(truth: Truth, seed: Seed, at_random: bool = False) -> tuple[Outco
     Where none is proposed, the trial without it.
     """
     from pellet_study.challenge.twins import measurement
-    from pellet_study.criticism.next_measurement import possible_cases
+    from pellet_study.criticism.possible import possible_cases
 
     rng = np.random.default_rng(seed)
     rows = noisy_rows(truth.readings, rng)

@@ -10,7 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from pellet_study.rigs.catalogue import Catalogue, Effect, Rig
+from pellet_study.rigs.catalogue import Catalogue
+from pellet_study.rigs.declared import Effect, Rig
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import Setting, Study
 

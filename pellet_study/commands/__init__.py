@@ -3,7 +3,7 @@
 `run` prints the readable answer; `__main__` writes what it returns to the file that `--json` names.
 A command's file is imported only when that command is called, so each pays for its own libraries alone.
 
-    arguments, design_tables < add, angle, audit, bbd, bench, calibrate, challenge, compare, diagnose, doctor, drop, history, init,
+    arguments, design_tables < add, angle, audit, bbd, bench, calibrate, challenge, compare, design, diagnose, doctor, drop, history, init,
     pb, refine, report
 """
 
@@ -14,6 +14,7 @@ COMMANDS = {
     "calibrate": "the paper's powder calibration: screening, climb, surface, optimum, validation of the repose angle",
     "pb": "analyse a Plackett-Burman table, climb from it, or make one",
     "bbd": "analyse a Box-Behnken or central composite table, meet a target, or make one",
+    "design": "judge a design, extend or mend it: power, score, fold-over, axial points, lost runs",
     "compare": "calibrate the present model of a study, say how well it fits and where it fails",
     "diagnose": "rank the physical effects a study's model lacks",
     "add": "add an effect to a study and recalibrate",

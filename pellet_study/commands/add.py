@@ -3,9 +3,8 @@
 import argparse
 
 from pellet_study.api import criticism
-from pellet_study.commands.arguments import add_study
+from pellet_study.commands.arguments import add_study, study_of
 from pellet_study.output.terminal import done, say, warn, working
-from pellet_study.study import load
 
 EXAMPLE = """\
 Writes the effect into [effects] of study.toml, compare.txt and compare.json, and a step of the history.
@@ -25,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict:
     """Add, recalibrate, print the error before and after."""
     with working("calibrating without and with the effect"):
-        answer = criticism.add(load(arguments.study), arguments.effect, write=True)
+        answer = criticism.add(study_of(arguments), arguments.effect, write=True)
     say(answer.page)
     warn(answer.warnings, noted=answer.warnings)
     after = "diagnose" if answer.fits is False else "report"

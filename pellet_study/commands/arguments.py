@@ -1,9 +1,27 @@
-"""Arguments that several commands share."""
+"""What commands share: the study they are about, and how it is loaded."""
 
 import argparse
 from pathlib import Path
 
+from pellet_study.study import Study, load
+
 
 def add_study(parser: argparse.ArgumentParser) -> None:
-    """STUDY, a folder."""
+    """STUDY, a folder, and a library beside it."""
     parser.add_argument("study", metavar="STUDY", type=Path, help="folder with study.toml and measurements.csv")
+    parser.add_argument(
+        "--library",
+        metavar="DIR",
+        type=Path,
+        help="folder with effects/ and rigs/ that several studies share; what is in it is run as code",
+    )
+
+
+def study_of(arguments: argparse.Namespace) -> Study:
+    """The study that the arguments name.
+
+    Raises
+    ------
+    InputError : anything in it, or in the library, cannot be used
+    """
+    return load(arguments.study, arguments.library)

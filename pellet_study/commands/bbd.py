@@ -3,7 +3,16 @@
 import argparse
 from pathlib import Path
 
-from pellet_study.commands.design_tables import add_table_arguments, check_arguments, kept, warn, write_design, writing
+from pellet_study.commands.design_tables import (
+    add_making_arguments,
+    add_table_arguments,
+    again,
+    check_arguments,
+    kept,
+    warn,
+    write_design,
+    writing,
+)
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say
 
@@ -59,12 +68,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     validation.add_argument(
         "--target-n", metavar="N", type=int, help="readings behind the target (default: taken as known)"
     )
-    making = parser.add_argument_group("a new design")
-    making.add_argument("--design", metavar="A=LOW,HIGH", nargs="+", help="make the design for these factors")
-    making.add_argument("--face-centred", action="store_true", help="face-centred central composite: has corners")
-    making.add_argument("--centre", metavar="N", type=int, default=5, help="centre points (5)")
-    making.add_argument("--output", metavar="CSV", type=Path, help="write the design there (default: print it)")
-    making.add_argument("--force", action="store_true", help="overwrite a table that is there")
+    making = add_making_arguments(parser, centre=5)
+    making.add_argument(
+        "--axial", metavar="rotatable|face|orthogonal|VALUE",
+        help="a central composite with axial points there instead of a Box-Behnken design (it has corners)",
+    )  # fmt: skip
+    making.add_argument("--face-centred", action="store_true", help="the same as --axial face")
+    making.add_argument(
+        "--fraction", action="store_true", help="corners of the composite: the fraction of resolution V"
+    )
 
 
 def run(arguments: argparse.Namespace) -> dict:
@@ -99,19 +111,39 @@ def run(arguments: argparse.Namespace) -> dict:
     warn(warnings)
     if arguments.figures:
         answer["figures"] = _figures(arguments, used, found)
-    after = "--target ANGLE" if arguments.target is None else "--target ... --verify RUNS"
-    done(kept(arguments), None if arguments.verify else f"bbd {arguments.table} {after}")
+    after = "--target VALUE" if arguments.target is None else "--target ... --verify RUNS"
+    done(kept(arguments), None if arguments.verify else f"bbd {again(arguments)} {after}")
     return answer
 
 
 def _design(arguments) -> dict:
-    from pellet_study.doe import box_behnken
+    from pellet_study.doe import blocking, box_behnken
+    from pellet_study.doe.composite import composite_matrix
     from pellet_study.doe.factors import parse_factors
+    from pellet_study.doe.linear_model import columns_of, quadratic_terms
+    from pellet_study.doe.run_sheet import run_sheet
 
     factors = parse_factors(arguments.design)
-    return write_design(
-        box_behnken.design(factors, arguments.centre, arguments.face_centred), arguments.output, arguments.force
-    )
+    words = [factor.name for factor in factors if factor.levels]
+    if words:
+        raise InputError(
+            f"{words[0]!r} is categorical, and a quadratic surface has a middle and a square of every factor: make a design "
+            "for each of its levels, or screen it with pb"
+        )
+    axial = "face" if arguments.face_centred else arguments.axial
+    if arguments.fraction and axial is None:
+        raise InputError(
+            "--fraction is for the corners of a central composite: give --axial rotatable or --axial face too"
+        )
+    if axial is not None:
+        coded, blocks = composite_matrix(len(factors), axial, arguments.centre, arguments.fraction, arguments.blocks)
+    else:
+        coded, blocks = box_behnken.coded_matrix(len(factors), arguments.centre), None
+    matrix = columns_of(coded, quadratic_terms([factor.name for factor in factors]))
+    if blocks is None:
+        blocks = blocking.surface_blocks(coded, matrix, arguments.blocks)
+    sheet = run_sheet(coded, factors, blocks, arguments.seed, model_matrix=matrix)
+    return write_design(sheet, arguments.output, arguments.force, "bbd")
 
 
 def _reduced(arguments, surface, answer: dict, parts: list[str]):
@@ -140,8 +172,10 @@ def _predict(arguments, surface, answer: dict, warnings: list[str], parts: list[
     from pellet_study.doe import answers, text
     from pellet_study.doe.factors import parse_levels
     from pellet_study.doe.linear_model import interval
+    from pellet_study.tables.headers import found_in
 
     levels = parse_levels(arguments.predict)
+    levels = {found_in(name, surface.table.names) or name: level for name, level in levels.items()}
     missing = set(surface.table.names) ^ set(levels)
     if missing:
         raise InputError(
@@ -202,12 +236,14 @@ def _readings(text: str) -> list[float]:
 
 def _figures(arguments, surface, found) -> list[str]:
     from pellet_study.doe import figures
+    from pellet_study.doe.labels import degraded
 
+    warn(degraded(surface.table.names, str(surface.table.response.name)))
     drawn = {
         "response_surface": figures.surface_contours(surface, found, arguments.unit),
         "predicted_observed": figures.predicted_observed(surface, arguments.unit),
     }
     if surface.saturated:
-        drawn["half_normal"] = figures.half_normal(surface.scaled_effects, surface.lenth)
+        drawn["half_normal"] = figures.half_normal(surface.scaled_effects, surface.lenth, names=surface.table.names)
     with writing(arguments.figures):
         return [str(path) for path in figures.save(drawn, arguments.figures)]

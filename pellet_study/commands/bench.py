@@ -1,8 +1,8 @@
 """`pellet-study bench`: the three seed bench tests calibrated stage by stage, beside the paper's numbers."""
 
 import argparse
-from pathlib import Path
 
+from pellet_study.commands.arguments import add_study, study_of
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say, warn
 
@@ -19,7 +19,7 @@ example:
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.epilog = EPILOG
-    parser.add_argument("study", metavar="STUDY", type=Path, help="a study folder")
+    add_study(parser)
     parser.add_argument(
         "--effort",
         type=float,
@@ -31,22 +31,22 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> dict:
     """Calibrate, write the results into the study, print the summary."""
-    from pellet_study.bench import chain, report
-    from pellet_study.study import load
+    from pellet_study.bench import Seeds, calibrate, report
+    from pellet_study.bench.readings import readings
 
     if not 0 < arguments.effort <= 4:
         raise InputError(f"--effort {arguments.effort:g}: expected a share of the seeds above 0 and up to 4")
-    loaded = load(arguments.study)
-    readings = chain.readings(loaded.rows)
-    runner = chain.Bench(
+    loaded = study_of(arguments)
+    measured = readings(loaded.rows)
+    seeds = Seeds(
         loaded.contact_law or "hertz_mindlin",
         {name: setting.value for name, setting in loaded.parameters.items()},
         arguments.study / ".store",
         effort=arguments.effort,
     )
-    results = runner.run(readings)
-    say(report.write(results, arguments.study, runner.contact_law))
-    report.write_runs(runner.runs, arguments.study / "runs.csv")
+    results = calibrate(seeds, measured)
+    say(report.write(results, arguments.study, seeds.contact_law))
+    report.write_runs(seeds.runs, arguments.study / "runs.csv")
     last = results[-1]
     if last.value is None:
         warn(

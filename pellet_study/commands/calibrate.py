@@ -7,6 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from pellet_study.commands.arguments import add_study, study_of
 from pellet_study.errors import InputError
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     from pellet_study.powder.decisions import STAGES
 
     parser.epilog = EPILOG
-    parser.add_argument("study", metavar="STUDY", type=Path, help="a study folder")
+    add_study(parser)
     parser.add_argument("--until", choices=STAGES, metavar="STAGE", help=f"last stage to do: {', '.join(STAGES)}")
     parser.add_argument("--only", choices=STAGES, metavar="STAGE", help="the one stage to do, again if it was done")
     parser.add_argument(
@@ -73,11 +74,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict:
     """Do the stages, write the results, print the summary."""
     from pellet_study.powder import Chain, Results, few_heaps, plan_of, report
-    from pellet_study.study import load
 
     folder = arguments.results or arguments.study
     _check(arguments, folder)
-    plan = plan_of(load(arguments.study), arguments.contact_law)
+    plan = plan_of(study_of(arguments), arguments.contact_law)
     _make(folder)
     heaps = _heaps(arguments, plan, folder)
     results = Results(plan, folder, arguments.quick)

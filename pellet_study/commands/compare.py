@@ -3,9 +3,8 @@
 import argparse
 
 from pellet_study.api import criticism
-from pellet_study.commands.arguments import add_study
+from pellet_study.commands.arguments import add_study, study_of
 from pellet_study.output.terminal import done, say, warn, working
-from pellet_study.study import load
 
 EXAMPLE = """\
 Writes compare.txt and compare.json into STUDY, which `report` shows.
@@ -25,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict:
     """Compare, print the page, leave it and the answer in the study."""
     with working("comparing the model with the measurements"):
-        answer = criticism.compare(load(arguments.study), write=True)
+        answer = criticism.compare(study_of(arguments), write=True)
     say(answer.page)
     warn([*answer.warnings, *answer.unsaid], noted=answer.warnings)
     if arguments.figures:

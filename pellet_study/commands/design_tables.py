@@ -1,11 +1,13 @@
 """What `pb` and `bbd` share: the table of a design, its arguments, what is left out, where it is written."""
 
 import argparse
+import shlex
 import sys
 from contextlib import contextmanager
 from pathlib import Path
 
 from pellet_study.errors import InputError
+from pellet_study.output.terminal import done
 
 
 def add_table_arguments(parser: argparse.ArgumentParser) -> None:
@@ -29,6 +31,14 @@ def kept(arguments: argparse.Namespace) -> str:
     """Where an analysis went."""
     places = [str(place) for place in (arguments.figures, arguments.json) if place]
     return ", ".join(places) or "above (--json FILE and --figures DIR keep them)"
+
+
+def again(arguments: argparse.Namespace) -> str:
+    """The table and what was said of its columns, as words of a command to follow."""
+    words = [str(arguments.table)]
+    for option in ("factor", "ignore", "block"):
+        words += [word for given in getattr(arguments, option) for word in (f"--{option}", given)]
+    return shlex.join(words)
 
 
 def check_arguments(arguments: argparse.Namespace) -> None:
@@ -68,23 +78,74 @@ def writing(path: Path):
         ) from None
 
 
-def write_design(frame, path: Path | None, force: bool = False) -> dict:
-    """Print a design or write it as a table whose response is to be filled in.
+def add_making_arguments(parser: argparse.ArgumentParser, centre: int):
+    """The arguments of a new design that `pb` and `bbd` share; returns their group."""
+    making = parser.add_argument_group("a new design")
+    making.add_argument(
+        "--design", metavar="A=LOW,HIGH[,UNIT]", nargs="+",
+        help="make the run sheet of these factors" + ("" if centre else "; A=WORD,WORD is categorical"),
+    )  # fmt: skip
+    making.add_argument("--centre", metavar="N", type=int, default=centre, help=f"centre points ({centre})")
+    making.add_argument("--blocks", metavar="N", type=int, default=1, help="blocks (days, batches) to run it in (1)")
+    making.add_argument("--seed", metavar="N", type=int, help="of the random order (default: a new one, printed)")
+    making.add_argument("--output", metavar="FILE", type=Path, help="write it there, .csv or .xlsx (default: print it)")
+    making.add_argument("--force", action="store_true", help="overwrite a table that is there")
+    return making
+
+
+def write_design(sheet, path: Path | None, force: bool, command: str) -> dict:
+    """Print a run sheet or write it as a table whose response is to be filled in.
 
     Raises
     ------
     InputError
         If there is a file already and it is not forced, or the place cannot be written to.
     """
-    frame = frame.assign(response="")
+    import shlex
+
+    from pellet_study.doe.design_text import blocks_text
+
+    save_sheet(sheet.frame, path, force, sheet.seed, len(sheet.frame))
+    words = blocks_text(sheet)
+    if words:
+        print(words, file=sys.stdout if path else sys.stderr)
+    if path:
+        words_again = ["--block", "block"] if sheet.n_blocks > 1 else []
+        for factor in sheet.factors:
+            if factor.levels or factor.low > factor.high or abs(sheet.coded).max() > 1:
+                words_again += ["--factor", factor.declaration]
+        done(path, f"{command} {shlex.join([str(path), *words_again])}")
+    return {
+        "runs": len(sheet.frame),
+        "design": sheet.design.to_dict(orient="records"),
+        "standard_order": sheet.frame["standard_order"].tolist(),
+        "blocks": sheet.frame["block"].tolist() if sheet.n_blocks > 1 else None,
+        "orthogonal_blocks": sheet.orthogonal_blocks if sheet.n_blocks > 1 else None,
+        "seed": sheet.seed,
+    }
+
+
+def save_sheet(frame, path: Path | None, force: bool, seed: int, n_new: int) -> None:
+    """Write a table with runs to make, or print it as CSV; says how many and in which order.
+
+    Raises
+    ------
+    InputError
+        If there is a file already and it is not forced, or the place cannot be written to.
+    """
+    from pellet_study.doe.run_sheet import write_sheet
+
     if path is None:
         print(frame.to_csv(index=False), end="")
-    else:
-        if path.exists() and not force:
-            raise InputError(
-                f"{path} exists, and runs may have been filled in: give another name, or overwrite it with --force"
-            )
-        with writing(path):
-            frame.to_csv(path, index=False)
-        print(f"{len(frame)} runs written to {path}; run them in random order, fill in the last column")
-    return {"runs": len(frame), "design": frame.drop(columns="response").to_dict(orient="records")}
+        print(f"pellet-study: random order, seed {seed} (--seed {seed} gives it again)", file=sys.stderr)
+        return
+    if path.exists() and not force:
+        raise InputError(
+            f"{path} exists, and runs may have been filled in: give another name, or overwrite it with --force"
+        )
+    with writing(path):
+        write_sheet(frame, path)
+    runs = f"{len(frame)} runs" if n_new == len(frame) else f"{len(frame)} runs, {n_new} of them to make,"
+    print(
+        f"{runs} written to {path} in random order (seed {seed}): make them in the order of the column run, fill the last column in"
+    )

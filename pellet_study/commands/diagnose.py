@@ -3,9 +3,8 @@
 import argparse
 
 from pellet_study.api import criticism
-from pellet_study.commands.arguments import add_study
+from pellet_study.commands.arguments import add_study, study_of
 from pellet_study.output.terminal import done, say, warn, working
-from pellet_study.study import load
 
 EXAMPLE = """\
 Writes diagnose.txt and diagnose.json into STUDY, which `report` shows; study.toml stays as it is.
@@ -25,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict:
     """Diagnose, print the page, leave it and the answer in the study."""
     with working("ranking the candidate effects"):
-        answer = criticism.diagnose(load(arguments.study), write=True)
+        answer = criticism.diagnose(study_of(arguments), write=True)
     say(answer.page)
     warn(answer.warnings, noted=answer.warnings)
     if arguments.figures:

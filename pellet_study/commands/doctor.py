@@ -34,7 +34,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict:
     """Report; write the full tables where asked."""
     from pellet_study import __version__
-    from pellet_study.simulate import dispatch, law_checks, yade
+    from pellet_study.simulation import dispatch, law_checks, yade
 
     answer: dict[str, Any] = {
         "pellet_study": __version__,
@@ -51,6 +51,9 @@ def run(arguments: argparse.Namespace) -> dict:
         print(f"YADE: {error}")
         return {**answer, "ok": False, "checks": []}
     print(f"YADE {answer['version']}: {answer['yade']}")
+    answer["lacks"] = yade.lacks()
+    for what, cost in answer["lacks"].items():
+        print(f"  this build lacks {what}: {cost}")
     if arguments.results is None:
         with tempfile.TemporaryDirectory() as folder:
             table = _law_checks(Path(folder) / ".store", quick=True)
@@ -73,9 +76,9 @@ def run(arguments: argparse.Namespace) -> dict:
 
 
 def _law_checks(store: Path, quick: bool) -> pd.DataFrame:
-    from pellet_study.simulate import dispatch, law_checks
+    from pellet_study.simulation import dispatch, law_cases, law_checks
 
-    return law_checks.table(dispatch.run(law_checks.cases(quick=quick), store))
+    return law_checks.table(dispatch.run(law_cases.cases(quick=quick), store))
 
 
 def _full(folder: Path) -> None:

@@ -2,11 +2,11 @@
 
 import argparse
 
-from pellet_study.commands.arguments import add_study
+from pellet_study.commands.arguments import add_study, study_of
 from pellet_study.criticism import text
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say
-from pellet_study.study import history, load
+from pellet_study.study import history
 
 EXAMPLE = """\
 The steps that add, drop and refine left in STUDY; draws figures/ladder.png.
@@ -24,7 +24,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> dict:
     """Print the ladder and draw it."""
-    study = load(arguments.study)
+    study = study_of(arguments)
     steps = history.read_history(arguments.study)
     if not steps:
         raise InputError(f"{arguments.study}: nothing was done yet; run add, drop or refine first")

@@ -4,7 +4,15 @@ import argparse
 import shlex
 from pathlib import Path
 
-from pellet_study.commands.design_tables import add_table_arguments, check_arguments, kept, warn, write_design, writing
+from pellet_study.commands.design_tables import (
+    add_making_arguments,
+    add_table_arguments,
+    check_arguments,
+    kept,
+    warn,
+    write_design,
+    writing,
+)
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say
 
@@ -46,12 +54,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     climb.add_argument("--climb-runs", metavar="CSV", type=Path, help="runs made on the path, response last: read back")
     climb.add_argument("--lowest", action="store_true", help="the best run has the lowest response, as for errors")
     climb.add_argument("--target", type=float, help="response wanted on the path (default: the highest)")
-    making = parser.add_argument_group("a new design")
-    making.add_argument("--design", metavar="A=LOW,HIGH", nargs="+", help="make the design for these factors")
+    making = add_making_arguments(parser, centre=0)
     making.add_argument("--runs", metavar="N", type=int, help="8, 12, 16, 20 or 24 (default: 12, 20 or 24)")
-    making.add_argument("--centre", metavar="N", type=int, default=0, help="centre points (0)")
-    making.add_argument("--output", metavar="CSV", type=Path, help="write the design there (default: print it)")
-    making.add_argument("--force", action="store_true", help="overwrite a table that is there")
 
 
 def run(arguments: argparse.Namespace) -> dict:
@@ -67,9 +71,12 @@ def run(arguments: argparse.Namespace) -> dict:
     from pellet_study.doe.factors import parse_factors
     from pellet_study.doe.path_table import ignored_in
 
+    factors = parse_factors(arguments.factor)
+    if any(len(factor.levels) > 2 for factor in factors):
+        return _levels(arguments, factors)
     tables = [arguments.table, *([arguments.climb_runs] if arguments.climb_runs else [])]
     ignore, *ignore_runs = ignored_in(tables, arguments.ignore) if arguments.ignore else [[]] * len(tables)
-    table = read_design(arguments.table, parse_factors(arguments.factor), 3, ignore, arguments.block)
+    table = read_design(arguments.table, factors, 3, ignore, arguments.block)
     screening = plackett_burman.analyse(table, arguments.alpha)
     warnings = text.screening_warnings(screening)
     answer = {**answers.screening_answer(screening), "warnings": warnings}
@@ -91,6 +98,23 @@ def run(arguments: argparse.Namespace) -> dict:
     return answer
 
 
+def _levels(arguments, factors) -> dict:
+    """The analysis of a table with factors at three or more named levels."""
+    from pellet_study.doe import categorical, design_text
+    from pellet_study.doe.answers import plain
+
+    if arguments.climb or arguments.climb_runs or arguments.figures:
+        raise InputError(
+            "a factor has three or more named levels: expected no --climb, --climb-runs or --figures then; leave them out, "
+            "or analyse the table at two of the levels"
+        )
+    found = categorical.read_levels(arguments.table, factors, arguments.ignore, arguments.block, arguments.alpha)
+    say(design_text.levels_text(found))
+    warn(found.notes)
+    done(kept(arguments))
+    return {**plain(found), "p": {row["source"]: row["p"] for row in found.anova}, "warnings": found.notes}
+
+
 def _next(screening) -> str | None:
     """The design of a surface in the factors that are clear; None where there are not two of them."""
     from pellet_study.doe.steepest_climb import significant
@@ -103,13 +127,19 @@ def _next(screening) -> str | None:
 
 
 def _design(arguments) -> dict:
-    from pellet_study.doe import plackett_burman
+    import numpy as np
+
+    from pellet_study.doe import blocking, plackett_burman
     from pellet_study.doe.factors import parse_factors
+    from pellet_study.doe.run_sheet import run_sheet
 
     factors = parse_factors(arguments.design)
-    return write_design(
-        plackett_burman.design(factors, arguments.runs, arguments.centre), arguments.output, arguments.force
-    )
+    plain = plackett_burman.coded_matrix(len(factors), arguments.runs, arguments.centre)
+    coded = plackett_burman.with_words(plain, factors, arguments.blocks)
+    blocks = blocking.screening_blocks(plain, arguments.blocks)
+    matrix = np.column_stack([np.ones(len(coded)), coded])
+    sheet = run_sheet(coded, factors, blocks, arguments.seed, model_matrix=matrix)
+    return write_design(sheet, arguments.output, arguments.force, "pb")
 
 
 def _climb(arguments, screening):
@@ -151,14 +181,16 @@ def _turning(arguments, table, warnings: list[str], ignore: list[list[str]]):
 
 def _figures(arguments, screening, climb) -> list[str]:
     from pellet_study.doe import figures
+    from pellet_study.doe.labels import degraded
 
+    warn(degraded(screening.table.names))
     drawn = {
         "pareto": figures.pareto(screening, arguments.unit),
         "half_normal": figures.half_normal(
-            screening.effects, screening.lenth, arguments.unit, screening.noise_contrasts
+            screening.effects, screening.lenth, arguments.unit, screening.noise_contrasts, screening.table.names
         ),
     }
     if climb is not None:
-        drawn["climb"] = figures.climb_path(climb, arguments.unit, target=arguments.target)
+        drawn["climb"] = figures.climb_path(climb, arguments.unit, arguments.target, screening.table.names)
     with writing(arguments.figures):
         return [str(path) for path in figures.save(drawn, arguments.figures)]

@@ -3,9 +3,8 @@
 import argparse
 
 from pellet_study.api import criticism
-from pellet_study.commands.arguments import add_study
+from pellet_study.commands.arguments import add_study, study_of
 from pellet_study.output.terminal import done, say, warn, working
-from pellet_study.study import load
 
 EXAMPLE = """\
 Writes what it adds into study.toml; refine.txt, refine.json, compare.json and the history into STUDY.
@@ -24,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict:
     """Refine, write what was added into study.toml, print the page, leave refine.txt and the history in the study."""
     with working("comparing, diagnosing, adding"):
-        answer = criticism.refine(load(arguments.study), write=True)
+        answer = criticism.refine(study_of(arguments), write=True)
     say(answer.page)
     warn([*answer.warnings, *answer.unsaid], noted=answer.warnings)
     done(arguments.study / "refine.txt", f"report {arguments.study}")

@@ -25,6 +25,6 @@ def run(arguments: argparse.Namespace) -> dict:
     from pellet_study.report import page
 
     with working("drawing the report"):
-        path = page.write(arguments.study)
+        path = page.write(arguments.study, arguments.library)
     done(f"{path} (open it in a browser)")
     return {"path": str(path)}

@@ -1,5 +1,26 @@
 """Model criticism: does the model fit, where does it fail, which absent effect would explain it, what to measure next.
 
-verdicts, scatter < cell_means < least_squares < calibration < lack_of_fit, score_tests < constancy < residuals < compare < signatures < rivals < ranking
-< next_measurement < diagnose < by_level, refine, facts < answers < text, figures
+verdicts, scatter < cell_means < least_squares < calibration < lack_of_fit, score_tests < constancy, intervals < residuals
+< holdout < compare < signatures < rivals < explanations, ranking, possible, predictions < next_measurement < diagnose
+< by_level, refine, facts < answers < text, figures
 """
+
+from pellet_study.criticism.calibration import CalibratedStudy, fit_study
+from pellet_study.criticism.cell_means import CellMeans
+from pellet_study.criticism.compare import Comparison
+from pellet_study.criticism.diagnose import Diagnosis
+from pellet_study.criticism.next_measurement import NextMeasurement
+from pellet_study.criticism.refine import Refinement
+from pellet_study.criticism.verdicts import Note, Verdict
+
+__all__ = [
+    "CalibratedStudy",
+    "CellMeans",
+    "Comparison",
+    "Diagnosis",
+    "NextMeasurement",
+    "Note",
+    "Refinement",
+    "Verdict",
+    "fit_study",
+]

@@ -1,4 +1,4 @@
-"""The machine-readable form of each answer, and the history a study keeps of what was done."""
+"""The machine-readable form of each answer."""
 
 import math
 from dataclasses import asdict
@@ -10,29 +10,29 @@ from pellet_study.criticism.facts import drift_words
 from pellet_study.criticism.next_measurement import NextMeasurement
 from pellet_study.criticism.refine import Refinement
 
-SURFACE_FAILS = 0.005
+SURFACE_FAILS = 0.005  # p of the direct simulations below which the surfaces are doubted; chance does so once in 200
 
 
-def comparison(found: Comparison) -> dict:
+def comparison(compared: Comparison) -> dict:
     """A model beside the measurements: keys of `compare`, `add`, `drop`, and of each step of `refine` and `history`."""
     return {
-        "effects": list(found.effects),
-        "parameters": found.parameters,
-        "intervals": {name: list(limits) for name, limits in found.intervals.items()},
-        "chi2": found.chi2,
-        "dof": found.dof,
-        "lack_of_fit_p": found.lack_of_fit_p,
-        "rms_error": found.rms_error,
-        "holdout_rms_error": found.holdout_rms_error,
-        "rms_error_unit": found.rms_error_unit,
-        "noise_floor": noise_floor(found),
-        "level_out_rms_error": found.level_out_rms_error,
-        "not_identified": list(found.not_identified),
-        "at_bound": list(found.at_bound),
-        "fits": found.judged,
-        "holdout_p": found.holdout_p,
-        "where": [{**asdict(d), "words": drift_words(d)} for d in found.drifts],
-        "needed_setup_percent": found.needed_setup_percent,
+        "effects": list(compared.effects),
+        "parameters": compared.parameters,
+        "intervals": {name: list(limits) for name, limits in compared.intervals.items()},
+        "chi2": compared.chi2,
+        "dof": compared.dof,
+        "lack_of_fit_p": compared.lack_of_fit_p,
+        "rms_error": compared.rms_error,
+        "holdout_rms_error": compared.holdout_rms_error,
+        "rms_error_unit": compared.rms_error_unit,
+        "noise_floor": noise_floor(compared),
+        "level_out_rms_error": compared.level_out_rms_error,
+        "not_identified": list(compared.not_identified),
+        "at_bound": list(compared.at_bound),
+        "fits": compared.judged,
+        "holdout_p": compared.holdout_p,
+        "where": [{**asdict(d), "words": drift_words(d)} for d in compared.drifts],
+        "needed_setup_percent": compared.needed_setup_percent,
         "rows": [
             {
                 "rig": r.row.rig,
@@ -44,31 +44,31 @@ def comparison(found: Comparison) -> dict:
                 "z": r.z,
                 "split": r.row.split,
             }
-            for r in found.rows
+            for r in compared.rows
         ],
-        "warnings": list(found.warnings),
+        "warnings": list(compared.warnings),
     }
 
 
 def check_surface(answer: dict, state: CalibratedStudy) -> list[str]:
     """Put `surface_check` {p, worst} into an answer (null where nothing is interpolated); returns warnings."""
-    found = surface_error(state)
-    answer["surface_check"] = None if found is None else {"p": found[0], "worst": found[1]}
-    if found is None or found[0] >= SURFACE_FAILS:
+    error = surface_error(state)
+    answer["surface_check"] = None if error is None else {"p": error[0], "worst": error[1]}
+    if error is None or error[0] >= SURFACE_FAILS:
         return []
     return [
-        f"simulations at the calibrated point differ from the interpolated predictions (p = {found[0]:.2g}; worst: "
-        f"{found[1]}); narrow min and max of the free parameters in study.toml, or raise effort"
+        f"simulations at the calibrated point differ from the interpolated predictions (p = {error[0]:.2g}; worst: "
+        f"{error[1]}); narrow min and max of the free parameters in study.toml, or raise effort"
     ]
 
 
-def noise_floor(found: Comparison) -> float | None:
+def noise_floor(compared: Comparison) -> float | None:
     """The rms error that the scatter of the readings alone gives, in the unit of `rms_error`; None where unknown."""
-    if any(r.z is None for r in found.rows):
+    if any(r.z is None for r in compared.rows):
         return None
-    if len({r.row.observable for r in found.rows}) > 1:
+    if len({r.row.observable for r in compared.rows}) > 1:
         return 1.0
-    squares = [(r.residual / r.z) ** 2 for r in found.rows if r.z != 0]
+    squares = [(r.residual / r.z) ** 2 for r in compared.rows if r.z]
     return math.sqrt(sum(squares) / len(squares)) if squares else None
 
 
@@ -77,35 +77,35 @@ def tied(names: tuple[tuple[str, ...], ...]) -> list:
     return [n[0] if len(n) == 1 else list(n) for n in names]
 
 
-def proposal(found: NextMeasurement | None) -> dict | None:
+def proposal(proposed: NextMeasurement | None) -> dict | None:
     """The next measurement."""
-    return None if found is None else asdict(found)
+    return None if proposed is None else asdict(proposed)
 
 
-def diagnosis(found: Diagnosis) -> dict:
+def diagnosis(diagnosed: Diagnosis) -> dict:
     """Keys of `diagnose`."""
     return {
-        "verdict": found.verdict,
-        "effects": list(found.comparison.effects),
-        "chi2": found.comparison.chi2,
-        "missing": list(found.missing),
-        "ranking": [{**asdict(s), "interval": list(s.interval) if s.interval else None} for s in found.ranking],
-        "tied": tied(found.tied),
-        "next_measurement": proposal(found.next_measurement),
-        "alike_but_implausible": list(found.alike_but_implausible),
-        "gate_p": found.gate_p,
-        "warnings": list(dict.fromkeys(found.warnings)),
+        "verdict": diagnosed.verdict,
+        "effects": list(diagnosed.comparison.effects),
+        "chi2": diagnosed.comparison.chi2,
+        "missing": list(diagnosed.missing),
+        "ranking": [{**asdict(s), "interval": list(s.interval) if s.interval else None} for s in diagnosed.ranking],
+        "tied": tied(diagnosed.tied),
+        "next_measurement": proposal(diagnosed.next_measurement),
+        "alike_but_implausible": list(diagnosed.alike_but_implausible),
+        "gate_p": diagnosed.gate_p,
+        "warnings": list(dict.fromkeys(diagnosed.warnings)),
     }
 
 
-def refinement(found: Refinement) -> dict:
+def refinement(refined: Refinement) -> dict:
     """Keys of `refine`."""
     return {
-        "verdict": found.verdict,
-        "added": list(found.added),
-        "tied": tied(found.tied),
-        "steps": [comparison(c) for c in found.steps],
-        "diagnoses": [diagnosis(d) for d in found.diagnoses],
-        "next_measurement": proposal(found.last.next_measurement or found.diagnoses[0].next_measurement),
-        "warnings": list(dict.fromkeys(w for d in found.diagnoses for w in d.warnings)),
+        "verdict": refined.verdict,
+        "added": list(refined.added),
+        "tied": tied(refined.tied),
+        "steps": [comparison(c) for c in refined.steps],
+        "diagnoses": [diagnosis(d) for d in refined.diagnoses],
+        "next_measurement": proposal(refined.last.next_measurement or refined.diagnoses[0].next_measurement),
+        "warnings": list(dict.fromkeys(w for d in refined.diagnoses for w in d.warnings)),
     }

@@ -16,7 +16,7 @@ EXCESS = 1.1  # residual over replicate variance up to which chance is the likel
 
 @dataclass(frozen=True)
 class CalibratedStudy:
-    """A model, its cells and the fit: what the next questions start from."""
+    """A study's model fitted to its cell means: what the next questions start from."""
 
     study: Study
     model: Model
@@ -29,7 +29,7 @@ def fit_study(
 ) -> CalibratedStudy:
     """Fit a study's free constants to its rows of split `fit`.
 
-    `cells` may be that of another model of the same rows, which need not be gathered again.
+    `cells` may be those of another model of the same rows.
 
     Raises
     ------
@@ -81,14 +81,14 @@ def surface_error(state: CalibratedStudy) -> tuple[float, str] | None:
 
 
 def with_simulator_noise(cells: CellMeans, model: Model, point: np.ndarray) -> CellMeans:
-    """CellMeans whose variances hold the variance of the model's own means at a point, where it has any."""
+    """Cell means whose variances hold the variance of the model's own means at a point, where it has any."""
     if not model.scatters:
         return cells
     return widened(cells, model.predict(point).variance[0, cells.case])
 
 
 def widened(cells: CellMeans, variance: np.ndarray) -> CellMeans:
-    """CellMeans with more variance in its cells."""
+    """Cell means with more variance."""
     sd = np.sqrt(cells.sd**2 + variance)
     if cells.whiten.ndim == 1:
         return replace(cells, sd=sd, whiten=cells.whiten * cells.sd / sd)
@@ -104,10 +104,10 @@ def with_own_noise(state: CalibratedStudy, fitted: Fit) -> tuple[CalibratedStudy
     cells = widened(state.cells, np.maximum(both[1] - both[0], 0.0))
     ratio = state.cells.sd / cells.sd
     residual = fitted.residual * ratio
-    mine = replace(
+    noisy = replace(
         fitted, residual=residual, jacobian=fitted.jacobian * ratio[:, None], chi2=float((residual**2).sum())
     )
-    return replace(state, cells=cells), mine
+    return replace(state, cells=cells), noisy
 
 
 def covariance(fitted: Fit) -> np.ndarray:
@@ -123,7 +123,7 @@ def reduced_chi2(state: CalibratedStudy, fitted: Fit) -> float:
 
 
 def part_of(cells: CellMeans, kept: np.ndarray) -> CellMeans:
-    """CellMeans from some of the cells."""
+    """Some of the cells."""
     whiten = cells.whiten
     if whiten.ndim == 1:
         whiten = whiten[kept]

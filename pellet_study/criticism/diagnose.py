@@ -2,7 +2,7 @@
 
 1. Signature of each candidate: the change of the predictions at the size that shows with three standard errors after
    the calibration has absorbed what it can (a small step misleads where the shape changes with the size).
-2. Gate: the largest signed score of all candidates against its null distribution by Monte Carlo (max-T), in units of
+2. Gate: the largest taken score of all candidates against its null distribution by Monte Carlo (max-T), in units of
    the residual scatter where that exceeds the replicates' (Birge).
 3. Refit of every candidate within its physical range; ranking by chi2; a candidate explains where neither lack of fit
    nor a drifting constant is left, and where its own fitted size is one number over all sizes, conditions and rigs.
@@ -11,31 +11,36 @@
 4. The next measurement, which would separate the rivals (`next_measurement`).
 """
 
-from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
 from pellet_study.criticism.calibration import CalibratedStudy, fit_study
 from pellet_study.criticism.compare import Comparison, compare
+from pellet_study.criticism.explanations import TIE, explanations
 from pellet_study.criticism.lack_of_fit import absorbed_basis
-from pellet_study.criticism.least_squares import Fit
-from pellet_study.criticism.next_measurement import FEW_LEVELS, NextMeasurement, next_measurement
-from pellet_study.criticism.ranking import Suspect, _ranking, _unjudged, unsimulated
-from pellet_study.criticism.rivals import TIE, Rival, explanations, judge, refits
+from pellet_study.criticism.least_squares import ROUNDS, Fit
+from pellet_study.criticism.next_measurement import NextMeasurement, next_measurement
+from pellet_study.criticism.possible import FEW_LEVELS
+from pellet_study.criticism.ranking import Scores, Suspect, ranking_of, unjudged, unsimulated
+from pellet_study.criticism.rivals import Rival, judge, refits
 from pellet_study.criticism.score_tests import VISIBLE, exceedance, largest_null, standardised
-from pellet_study.criticism.signatures import signatures
+from pellet_study.criticism.signatures import Signature, signatures
+from pellet_study.criticism.verdicts import Note, Verdict
 from pellet_study.study.study import Study
 
+# p below which a candidate is needed
 GATE = 0.035  # for the first effect; lack of fit, drift and what sds found from readings cost spend the rest of 5 %
-GATE_AGAIN = 0.004  # for each further one
+GATE_AGAIN = 0.004  # for each further one: the same data were searched before, and a look-alike leaves a misfit behind
 
 
 @dataclass(frozen=True)
 class Diagnosis:
     """The answer to "which effect is missing?"; `missing` names what stands out, `tied` what explains alike."""
 
-    verdict: str
+    verdict: Verdict
     missing: tuple[str, ...]
     tied: tuple[tuple[str, ...], ...]
     ranking: tuple[Suspect, ...]
@@ -58,6 +63,49 @@ class Diagnosis:
         )
 
 
+@dataclass(frozen=True)
+class Prepared:
+    """What a diagnosis starts from.
+
+    Parameters
+    ----------
+    names, lost : the candidates, and those whose simulations failed
+    signatures : all signatures of the candidates
+    basis : what the calibrated constants absorb
+    hopeless : too few different cases beyond the constants for any effect to show
+    """
+
+    comparison: Comparison
+    names: tuple[str, ...]
+    lost: tuple[str, ...]
+    signatures: tuple[Signature, ...]
+    basis: np.ndarray
+    hopeless: bool
+    warnings: tuple[str, ...]
+
+    @cached_property
+    def shown(self) -> list[Signature]:
+        """Signatures that the calibration does not absorb, of an effect that may become large enough to be seen."""
+        return [s for s in self.signatures if s.visible_share >= VISIBLE and s.length >= 1.0]
+
+
+@dataclass(frozen=True)
+class Gate:
+    """Is any candidate needed?
+
+    Parameters
+    ----------
+    p : of the largest score over all candidates; None where no signature shows
+    raw : the scores, (shown,), in units of the readings' scatter; `scores` has them in standard errors
+    open : whether p is below the level of the gate
+    """
+
+    p: float | None
+    raw: np.ndarray
+    scores: Scores
+    open: bool
+
+
 def diagnose(
     study: Study,
     state: CalibratedStudy | None = None,
@@ -73,90 +121,144 @@ def diagnose(
     looked for, with `ties_only` none that separates the only explanation from the next best.
     """
     state = state or fit_study(study)
-    comparison = comparison or compare(study, state)
-    cells, fitted = state.cells, state.fit
-    warnings = list(comparison.warnings)
-    names = [name for name in study.absent() if name in state.model.effects]
-    basis = absorbed_basis(fitted.jacobian[:, ~fitted.at_bound])  # a constant that sticks at its bound absorbs nothing
-    spare = len(cells.case) - absorbed_basis(fitted.jacobian).shape[1]
-    hopeless = spare < 1 or (spare < 2 and not cells.scale_known)
-    dear = state.model.levels <= FEW_LEVELS
-    found = [] if hopeless and dear else signatures(state, names, basis)
-    lost = [name for name in names if name in unsimulated(state)]
-    names = [name for name in names if name not in lost]
-    found = [s for s in found if s.effect not in lost]
-    warnings += [text for text in state.model.warnings if text not in warnings]
-    shown = [s for s in found if s.visible_share >= VISIBLE and s.length >= 1.0]
-    if hopeless:
-        warnings.append(
-            "too few different cases beyond the free parameters: no effect can be shown by these data; "
-            f"measure each rig under other conditions too: {what_varies(study)}"
-        )
-        ranking = tuple(_unjudged(state, name, found) for name in names)
-        return Diagnosis(
-            "adequate" if comparison.fits else "unexplained",
-            (),
-            (),
-            ranking,
-            None,
-            None,
-            comparison,
-            (),
-            tuple(warnings),
-        )
-    gate_p, scores, errors, null = None, np.zeros(0), np.zeros(0), np.zeros(0)
-    if shown:
-        unit = np.array([s.unit for s in shown])
-        scores = unit @ fitted.residual
-        errors = standardised(fitted.residual[None], unit, basis, cells, two_sided=False)[0]
-        null = largest_null(unit, basis, cells, two_sided=False)
-        gate_p = exceedance(null, errors.max())
-    open_gate = gate_p is not None and gate_p < gate
-    if not names:
-        warnings.append("no absent effect acts in the rigs used: there is nothing to rank")
-    needed = open_gate or not comparison.fits
-    singles, beyond = refits(state, names, shown, scores) if shown and (needed or rank) else ({}, {})
-    rivals = judge(state, singles.values(), shown) if needed else [Rival(k, f, False) for k, f in singles.items()]
-    ranking = _ranking(state, names, found, shown, errors, null, rivals, beyond)
-    ranking += tuple(replace(_unjudged(state, name, []), note="its simulations failed: not judged") for name in lost)
-    plausible = {s.effect for s in ranking if not s.note}
-    verdict, chosen = "adequate", []
+    prepared = prepare(study, state, comparison or compare(study, state))
+    if prepared.hopeless:
+        return hopeless(study, state, prepared)
+    gated = gate_of(state, prepared, gate)
+    needed = gated.open or not prepared.comparison.fits
+    singles, beyond = refits(state, prepared.shown, gated.raw) if needed or rank else ({}, {})
     if needed:
-        verdict = "unexplained"
-        if open_gate:
-            chosen = explanations(state, [r for r in rivals if set(r.effects) <= plausible], shown, scores, plausible)
-    missing: tuple[str, ...] = ()
-    tied: tuple[tuple[str, ...], ...] = ()
-    if len(chosen) == 1:
-        verdict, missing = "missing", chosen[0].effects
-    elif len(chosen) > 1:
-        verdict, tied = "tied", tuple(r.effects for r in chosen)
-    rest = sorted((r for r in rivals if r.effects not in {c.effects for c in chosen}), key=lambda r: r.fit.chi2)
+        rivals = judge(state, singles.values(), prepared.shown)
+    else:
+        rivals = [Rival((name,), fit, False) for name, fit in singles.items()]
+    ranking = ranking_of(state, prepared.names, prepared.signatures, gated.scores, rivals, beyond)
+    ranking += tuple(unjudged(state, name, [], Note.NOT_SIMULATED) for name in prepared.lost)
+    chosen: list[Rival] = []
+    if gated.open:
+        plausible = {s.effect for s in ranking if not s.note}
+        singles_in_range = [r for r in rivals if set(r.effects) <= plausible]
+        chosen = explanations(state, singles_in_range, prepared.shown, gated.raw, plausible)
+    named = {r.effects for r in chosen}
+    rest = sorted((r for r in rivals if r.effects not in named), key=lambda r: r.fit.chi2)
     proposal = None
     if propose and len(chosen) > (1 if ties_only else 0):
         pool = chosen if len(chosen) > 1 else [*chosen, *_runner_up(rest, beyond)]
         proposal = next_measurement(state, {r.effects: r.fit for r in pool})
-        if proposal is None and len(chosen) > 1:
-            warnings.append("no measurement within the possible conditions separates the tied explanations")
-    if needed and not open_gate:
-        warnings.append("the model fails, but in no way that one of the candidates would make it fail")
+    unended = unended_fits(state, chosen, needed)
+    verdict = verdict_of(needed, chosen, unended)
     return Diagnosis(
-        verdict,
-        missing,
-        tied,
-        ranking,
-        proposal,
-        gate_p,
-        comparison,
-        tuple([*chosen, *rest]),
-        tuple(warnings),
+        verdict=verdict,
+        missing=chosen[0].effects if verdict == Verdict.MISSING else (),
+        tied=tuple(r.effects for r in chosen) if verdict == Verdict.TIED else (),
+        ranking=ranking,
+        next_measurement=proposal,
+        gate_p=gated.p,
+        comparison=prepared.comparison,
+        rivals=(*chosen, *rest),
+        warnings=(
+            *prepared.warnings,
+            *_warnings(prepared, gated, verdict, propose and proposal is None),
+            *_unended(unended),
+        ),
     )
 
 
-def _runner_up(rest: Sequence[Rival], beyond: dict[str, Fit]) -> list[Rival]:
-    """The next best single effect, at the size it would need even if that is implausible."""
-    if not rest:
+def prepare(study: Study, state: CalibratedStudy, comparison: Comparison) -> Prepared:
+    """The candidates and their signatures."""
+    fitted, cells = state.fit, state.cells
+    names = [name for name in study.absent() if name in state.model.effects]
+    basis = absorbed_basis(fitted.jacobian[:, ~fitted.at_bound])  # a constant that sticks at its bound absorbs nothing
+    spare = len(cells.case) - absorbed_basis(fitted.jacobian).shape[1]
+    too_few = spare < 1 or (spare < 2 and not cells.scale_known)
+    costly = state.model.levels <= FEW_LEVELS
+    taken = [] if too_few and costly else signatures(state, names, basis)
+    lost = unsimulated(state)
+    return Prepared(
+        comparison=comparison,
+        names=tuple(name for name in names if name not in lost),
+        lost=tuple(name for name in names if name in lost),
+        signatures=tuple(s for s in taken if s.effect not in lost),
+        basis=basis,
+        hopeless=too_few,
+        warnings=tuple(dict.fromkeys([*comparison.warnings, *state.model.warnings])),
+    )
+
+
+def hopeless(study: Study, state: CalibratedStudy, prepared: Prepared) -> Diagnosis:
+    """The answer where the cases are too few for any effect to show."""
+    warning = (
+        "too few different cases beyond the free parameters: no effect can be shown by these data; "
+        f"measure each rig under other conditions too: {what_varies(study)}"
+    )
+    return Diagnosis(
+        verdict=Verdict.ADEQUATE if prepared.comparison.fits else Verdict.UNEXPLAINED,
+        missing=(),
+        tied=(),
+        ranking=tuple(unjudged(state, name, prepared.signatures, Note.NOT_SHOWN) for name in prepared.names),
+        next_measurement=None,
+        gate_p=None,
+        comparison=prepared.comparison,
+        rivals=(),
+        warnings=(*prepared.warnings, warning),
+    )
+
+
+def gate_of(state: CalibratedStudy, prepared: Prepared, level: float) -> Gate:
+    """The largest score of all candidates against its distribution where nothing is hidden."""
+    shown, residual = prepared.shown, state.fit.residual
+    if not shown:
+        return Gate(None, np.zeros(0), Scores(shown, np.zeros(0), np.zeros(0)), False)
+    unit = np.array([s.unit for s in shown])
+    scores = standardised(residual[None], unit, prepared.basis, state.cells, two_sided=False)[0]
+    null = largest_null(unit, prepared.basis, state.cells, two_sided=False)
+    p = exceedance(null, scores.max())
+    return Gate(p, unit @ residual, Scores(shown, scores, null), p < level)
+
+
+def unended_fits(state: CalibratedStudy, chosen: Sequence[Rival], needed: bool) -> list[str]:
+    """The fits that decide a verdict other than `adequate` and did not end within their rounds, by their effects.
+
+    A present model whose fit did not end has a chi2 above its least: it may fit after all. Where it fits all the same,
+    nothing has to be decided.
+    """
+    present = [] if state.fit.settled or not needed else ["the present model"]
+    return present + [" + ".join(rival.effects) for rival in chosen if not rival.fit.settled]
+
+
+def verdict_of(needed: bool, chosen: Sequence[Rival], unended: Sequence[str] = ()) -> Verdict:
+    """By what explains the data, whether anything has to, and whether the fits behind it ended."""
+    if unended:
+        return Verdict.UNDECIDED
+    if len(chosen) == 1:
+        return Verdict.MISSING
+    if chosen:
+        return Verdict.TIED
+    return Verdict.UNEXPLAINED if needed else Verdict.ADEQUATE
+
+
+def _unended(names: Sequence[str]) -> list[str]:
+    if not names:
         return []
+    return [
+        f"the verdict is undecided because the fit of {', of '.join(names)} did not end within {ROUNDS} rounds: in study.toml "
+        "narrow min and max of the free parameters, or begin nearer to the answer with `value`"
+    ]
+
+
+def _warnings(prepared: Prepared, gated: Gate, verdict: Verdict, nothing_to_measure: bool) -> list[str]:
+    """What the reader must know beside the verdict."""
+    warnings = []
+    if not prepared.names:
+        warnings.append("no absent effect acts in the rigs used: there is nothing to rank")
+    if verdict == Verdict.TIED and nothing_to_measure:
+        warnings.append("no measurement within the possible conditions separates the tied explanations")
+    if not gated.open and not prepared.comparison.fits:
+        warnings.append("the model fails, but in no way that one of the candidates would make it fail")
+    return warnings
+
+
+def _runner_up(rest: Sequence[Rival], beyond: Mapping[str, Fit]) -> list[Rival]:
+    """The next best single effect, at the size it would need even if that is implausible."""
     pool = [
         Rival(r.effects, min((r.fit, beyond.get(r.effects[0], r.fit)), key=lambda f: f.chi2), False)
         for r in rest

@@ -144,8 +144,10 @@ def fit_words(comparison: dict) -> str | None:
     """Does it fit? None where neither standard deviations nor replicates tell."""
     if comparison["chi2"] is None:
         return None
-    if comparison["fits"] is None:
+    if comparison["fits"] is None and comparison["lack_of_fit_p"] is None:
         return "as many free parameters as different cases, so that any readings are met: the fit says nothing"
+    if comparison["fits"] is None:
+        return "the fit did not end, so that chi2 is too large: whether the model fits cannot be said"
     if not comparison["fits"]:
         return "the model does not fit"
     if held_out_contradict(comparison):
@@ -155,7 +157,7 @@ def fit_words(comparison: dict) -> str | None:
 
 def constants(comparison: dict) -> list[Constant]:
     """Every constant of a model, fitted or fixed."""
-    found = []
+    rows = []
     for name, value in comparison["parameters"].items():
         limits = comparison["intervals"].get(name)
         remarks = [
@@ -163,18 +165,18 @@ def constants(comparison: dict) -> list[Constant]:
             for words, names in (("not identified", "not_identified"), ("at its bound", "at_bound"))
             if name in comparison[names]
         ]
-        found.append(Constant(name, value, None if limits is None else (limits[0], limits[1]), tuple(remarks)))
-    return found
+        rows.append(Constant(name, value, None if limits is None else (limits[0], limits[1]), tuple(remarks)))
+    return rows
 
 
 def varying(rows: Sequence[dict]) -> dict[str, list[str]]:
     """The conditions of each rig that change from row to row, {rig: names}."""
-    found = {}
+    names_of = {}
     for rig in dict.fromkeys(row["rig"] for row in rows):
         given = [row["conditions"] for row in rows if row["rig"] == rig]
         names = dict.fromkeys(name for conditions in given for name in conditions)
-        found[rig] = [name for name in names if len({conditions.get(name) for conditions in given}) > 1]
-    return found
+        names_of[rig] = [name for name in names if len({conditions.get(name) for conditions in given}) > 1]
+    return names_of
 
 
 def misfit(row: dict) -> float:

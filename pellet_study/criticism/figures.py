@@ -1,18 +1,23 @@
 """Figures of model criticism, drawn from the answers a study folder keeps (compare.json, diagnose.json, history.json)."""
 
 from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from pellet_study.criticism.explanations import TIE
 from pellet_study.criticism.facts import finding, model_name, varying
-from pellet_study.criticism.rivals import TIE
 from pellet_study.criticism.verdicts import Note
 from pellet_study.output import style as look
 from pellet_study.output.style import DASHES, MARKERS, SERIES, label, styled
 
+if TYPE_CHECKING:
+    from matplotlib.axes import Axes
+    from matplotlib.figure import Figure
+
 
 @styled
-def ladder(steps: Sequence[dict], ax=None):
+def ladder(steps: Sequence[dict], ax: "Axes | None" = None) -> "Figure":
     """The error after each step, on fitted and held-out rows, down to what the scatter of the readings leaves."""
     figure, axes = look.new_axes(5.4, 3.9, ax=ax)
     at = np.arange(len(steps))
@@ -29,8 +34,8 @@ def ladder(steps: Sequence[dict], ax=None):
             )
         )
     top = 0.0
-    for k, (name, values) in enumerate(curves):
-        values = np.array(values, dtype=float)
+    for k, (name, errors) in enumerate(curves):
+        values = np.array(errors, dtype=float)
         if not np.isnan(values).all():
             style = {"marker": MARKERS[k % 6], "linestyle": DASHES[k % 6], "color": SERIES[k % 6]}
             axes.plot(at, values, label=name, **style)
@@ -52,11 +57,14 @@ def ladder(steps: Sequence[dict], ax=None):
 
 def _panels(rows: Sequence[dict]) -> list[tuple[str, str | None]]:
     """Rig and condition of every panel; a rig whose conditions never change has one panel, its rows in order."""
-    return [(rig, name) for rig, names in varying(rows).items() for name in names or [None]]
+    panels: list[tuple[str, str | None]] = []
+    for rig, names in varying(rows).items():
+        panels += [(rig, name) for name in names] or [(rig, None)]
+    return panels
 
 
 @styled
-def residuals(steps: Sequence[dict], ax=None):
+def residuals(steps: Sequence[dict], ax: "Axes | None" = None) -> "Figure":
     """Residual over its uncertainty against every condition: the first model, and the last where there are several.
 
     The band is two standard uncertainties of a row; without any known uncertainty the residual itself is shown.
@@ -71,16 +79,16 @@ def residuals(steps: Sequence[dict], ax=None):
             drawn["± 2 standard uncertainties of a row"] = axes.axhspan(-2, 2, color=look.BAND, zorder=0)
         axes.axhline(0, color=look.LINE, linewidth=0.8, zorder=1)
         for k, step in enumerate(shown):
-            mine = [r for r in step["rows"] if r["rig"] == rig]
-            place = [m if condition is None else r["conditions"][condition] for m, r in enumerate(mine, start=1)]
+            in_rig = [r for r in step["rows"] if r["rig"] == rig]
+            place = [m if condition is None else r["conditions"][condition] for m, r in enumerate(in_rig, start=1)]
             width = (max(place) - min(place)) or 1.0
             for split, face in (("fit", SERIES[1 - k]), ("holdout", "white")):
-                here = [m for m, r in enumerate(mine) if r["split"] == split]
-                if here:
+                numbers = [m for m, r in enumerate(in_rig) if r["split"] == split]
+                if numbers:
                     name = f"{model_name(step['effects'])}{', held out' if split == 'holdout' else ''}"
                     drawn[name] = axes.scatter(
-                        [place[m] + (0.012 * width if k else 0) for m in here],
-                        [mine[m]["z" if known else "residual"] for m in here],
+                        [place[m] + (0.012 * width if k else 0) for m in numbers],
+                        [in_rig[m]["z" if known else "residual"] for m in numbers],
                         marker="so"[k], facecolors=face, edgecolors=SERIES[1 - k], s=20, linewidths=0.9, zorder=3 + k,
                     )  # fmt: skip
         axes.set_title(rig)
@@ -95,22 +103,22 @@ def _unit(rows: Sequence[dict], rig: str) -> str:
 
 
 @styled
-def predictions(rows: Sequence[dict], ax=None):
+def predictions(rows: Sequence[dict], ax: "Axes | None" = None) -> "Figure":
     """Predicted against measured, a panel for each observable of each rig."""
     pairs = list(dict.fromkeys((r["rig"], r["observable"]) for r in rows))
     figure, grid = look.new_panels(len(pairs), (3.1, 2.9), (4.2, 0.4), ax=ax)
     drawn = {}
     for axes, (rig, observable) in zip(grid, pairs, strict=True):
-        mine = [r for r in rows if (r["rig"], r["observable"]) == (rig, observable)]
-        both = [r[k] for r in mine for k in ("value", "predicted")]
+        shown = [r for r in rows if (r["rig"], r["observable"]) == (rig, observable)]
+        both = [r[k] for r in shown for k in ("value", "predicted")]
         room = 0.06 * (max(both) - min(both)) or 0.05 * abs(both[0]) or 1.0
         ends = [min(both) - room, max(both) + room]
         drawn["equal"] = axes.plot(ends, ends, color=look.LINE, linewidth=1)[0]
         for split, face in (("fit", look.MODEL), ("holdout", "white")):
-            here = [r for r in mine if r["split"] == split]
-            if here:
+            points = [r for r in shown if r["split"] == split]
+            if points:
                 drawn["fitted rows" if split == "fit" else "held-out rows"] = axes.scatter(
-                    [r["value"] for r in here], [r["predicted"] for r in here],
+                    [r["value"] for r in points], [r["predicted"] for r in points],
                     facecolors=face, edgecolors=look.MODEL, s=20, zorder=3,
                 )  # fmt: skip
         axes.set(xlim=ends, ylim=ends, aspect="equal", title=rig)
@@ -121,7 +129,7 @@ def predictions(rows: Sequence[dict], ax=None):
 
 
 @styled
-def ranking(found: dict, ax=None):
+def ranking(diagnosis: dict, ax: "Axes | None" = None) -> "Figure":
     """chi2 that each candidate takes away; what lies in the band explains as well as the best, within the margin.
 
     Filled: explains the data. Hatched: only at a size beyond the physical range. Grey: does not explain, or these data
@@ -129,14 +137,14 @@ def ranking(found: dict, ax=None):
     """
     from matplotlib.patches import Patch
 
-    suspects = found["ranking"][::-1]
+    suspects = diagnosis["ranking"][::-1]
     figure, axes = look.new_axes(6.2, 1.3 + 0.34 * len(suspects), ax=ax)
-    named = set(finding(found).effects)
+    named = set(finding(diagnosis).effects)
     best = max(s["chi2_drop"] for s in suspects)
     used = {}
     for k, s in enumerate(suspects):
         if s["effect"] in named:
-            face, hatch, kind = look.MODEL, None, "tied" if found["tied"] else "missing"
+            face, hatch, kind = look.MODEL, None, "tied" if diagnosis["tied"] else "missing"
         elif s["note"] == Note.IMPLAUSIBLE_SIZE:
             face, hatch, kind = "white", "////", "only at an implausible size"
         else:
@@ -147,7 +155,7 @@ def ranking(found: dict, ax=None):
             _size(s), (s["chi2_drop"], k), (5, 0), textcoords="offset points", va="center", fontsize=7.5,
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 0.8, "alpha": 0.85},
         )  # fmt: skip
-    if named and found.get("chi2") is not None:
+    if named and diagnosis.get("chi2") is not None:
         top = max(s["chi2_drop"] for s in suspects if s["effect"] in named)
         axes.axvspan(top - TIE, top, facecolor=look.MEASURED, alpha=0.25, zorder=0)
         used[f"as good as the best (within {TIE:g})"] = Patch(facecolor=look.MEASURED, alpha=0.25)
@@ -168,36 +176,36 @@ def _size(suspect: dict) -> str:
 
 
 @styled
-def constants(told: dict, ax=None):
-    """The most drifting constant refitted level by level (`levels.by_level`), with the rivals' curves over it."""
+def constants(levels: dict, ax: "Axes | None" = None) -> "Figure":
+    """The most drifting constant refitted level by level (`by_level`), with the rivals' curves over it."""
     figure, axes = look.new_axes(5.4, 3.9, ax=ax)
-    error = 2 * np.array(told["standard_errors"])
+    error = 2 * np.array(levels["standard_errors"])
     axes.errorbar(
-        told["levels"], told["values"], error, fmt="o", color="black", capsize=3, zorder=5,
+        levels["levels"], levels["values"], error, fmt="o", color="black", capsize=3, zorder=5,
         label="refitted at each level, ± 2 s.e.",
     )  # fmt: skip
-    axes.axhline(told["present"], color=look.LINE, linewidth=1, label="present model: one value")
-    for k, (name, values) in enumerate(told["rivals"].items()):
-        axes.plot(told["levels"], values, linestyle=DASHES[k % 6], color=SERIES[k % 6], label=f"with {name}")
-    axes.set_xlabel(label(told["condition"]))
-    axes.set_ylabel(label(told["parameter"]))
-    axes.set_title(told["rig"])
+    axes.axhline(levels["present"], color=look.LINE, linewidth=1, label="present model: one value")
+    for k, (name, values) in enumerate(levels["rivals"].items()):
+        axes.plot(levels["levels"], values, linestyle=DASHES[k % 6], color=SERIES[k % 6], label=f"with {name}")
+    axes.set_xlabel(label(levels["condition"]))
+    axes.set_ylabel(label(levels["parameter"]))
+    axes.set_title(levels["rig"])
     look.legend_below(figure, *axes.get_legend_handles_labels(), ax=ax)
     return figure
 
 
 @styled
-def next_measurement(told: dict, ax=None):
+def next_measurement(proposal: dict, ax: "Axes | None" = None) -> "Figure":
     """What each rival predicts for the proposed measurement, with its uncertainty."""
-    names = list(told["predictions"])[::-1]
+    names = list(proposal["predictions"])[::-1]
     figure, axes = look.new_axes(5.4, 1.0 + 0.4 * len(names), ax=ax)
     for k, name in enumerate(names):
         axes.errorbar(
-            told["predictions"][name], k, xerr=2 * told["uncertainties"][name], fmt=MARKERS[k % 6], color=SERIES[k % 6],
+            proposal["predictions"][name], k, xerr=2 * proposal["uncertainties"][name], fmt=MARKERS[k % 6], color=SERIES[k % 6],
             capsize=3,
         )  # fmt: skip
     axes.set_yticks(range(len(names)), names)
     axes.set_ylim(-0.6, len(names) - 0.4)
-    axes.set_xlabel(f"predicted {label(told['observable'])}, ± 2 standard uncertainties")
+    axes.set_xlabel(f"predicted {label(proposal['observable'])}, ± 2 standard uncertainties")
     axes.set_ylabel("explanation")
     return figure

@@ -52,5 +52,36 @@ def lack_of_fit(fitted: Fit, cells: CellMeans, some: np.ndarray | None = None) -
 def lack_by_rig(state: CalibratedStudy) -> dict[str, float]:
     """p of each rig's own cells; rigs whose cells leave nothing to compare are left out."""
     rigs = np.array([state.model.cases[c].rig for c in state.cells.case], dtype=object)
-    found = {rig: lack_of_fit(state.fit, state.cells, rigs == rig) for rig in dict.fromkeys(rigs)}
-    return {rig: p for rig, p in found.items() if p is not None}
+    p_of = {rig: lack_of_fit(state.fit, state.cells, rigs == rig) for rig in dict.fromkeys(rigs)}
+    return {rig: p for rig, p in p_of.items() if p is not None}
+
+
+def needed_setup(state: CalibratedStudy) -> dict[str, float]:
+    """Set-up scatter, percent of the reading, that each rig's cells would need for chi2 = cells - their share of p."""
+    cells, fitted = state.cells, state.fit
+    if not cells.scale_known:
+        return {}
+    rigs = np.array([state.model.cases[c].rig for c in cells.case], dtype=object)
+    count, free = len(cells.case), len(fitted.problem.free)
+    residual = cells.mean - state.model.predict(fitted.point).mean[0, cells.case]
+    percent = {}
+    for rig in dict.fromkeys(rigs):
+        in_rig = rigs == rig
+        share = in_rig.sum() * max(count - free, 1) / count
+        percent[rig] = 100 * _excuse(residual[in_rig], cells.sd[in_rig] ** 2, np.abs(cells.mean[in_rig]), share)
+    return percent
+
+
+def _excuse(residual: np.ndarray, variance: np.ndarray, size: np.ndarray, wanted: float) -> float:
+    """tau with sum residual^2 / (variance + (tau size)^2) = wanted, by bisection; 0 where it is less without."""
+
+    def chi2(tau: float) -> float:
+        return (residual**2 / (variance + (tau * size) ** 2)).sum()
+
+    if chi2(0.0) <= wanted:
+        return 0.0
+    low, high = 0.0, 10.0
+    for _ in range(50):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if chi2(middle) > wanted else (low, middle)
+    return high

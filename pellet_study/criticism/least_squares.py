@@ -150,8 +150,8 @@ def begun(model: Model, cells: CellMeans, tracks: Tracks) -> Progress:
     """The tracks at their starts."""
     residual, jacobian = evaluate(model, cells, tracks, np.arange(len(tracks.start)), tracks.start)
     damping = np.full(len(tracks.start), DAMPING)
-    chi2 = (residual**2).sum(axis=1)
-    return Progress(tracks.start.copy(), residual, jacobian, chi2, damping, tracks.real.any(axis=1))
+    chi2, active = (residual**2).sum(axis=1), np.asarray(tracks.real.any(axis=1))
+    return Progress(tracks.start.copy(), residual, jacobian, chi2, damping, active)
 
 
 def evaluate(

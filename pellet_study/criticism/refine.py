@@ -12,26 +12,27 @@ from dataclasses import dataclass
 import numpy as np
 
 from pellet_study.criticism.calibration import CalibratedStudy, fit_study, reduced_chi2
-from pellet_study.criticism.cell_means import CellMeans
 from pellet_study.criticism.compare import Comparison, compare
 from pellet_study.criticism.diagnose import GATE, GATE_AGAIN, Diagnosis, diagnose
+from pellet_study.criticism.explanations import TIE
 from pellet_study.criticism.lack_of_fit import absorbed_basis
 from pellet_study.criticism.least_squares import fit_many, problem_of
-from pellet_study.criticism.next_measurement import needs_simulation
-from pellet_study.criticism.rivals import TIE, refits
+from pellet_study.criticism.possible import needs_simulation
+from pellet_study.criticism.rivals import refits
 from pellet_study.criticism.score_tests import VISIBLE
 from pellet_study.criticism.signatures import signatures
+from pellet_study.criticism.verdicts import Verdict
 from pellet_study.model.model import Engine, Model
 from pellet_study.study.study import Study
 
-MOST_EFFECTS = 3
+MOST_EFFECTS = 3  # no trial hides more than two
 
 
 @dataclass(frozen=True)
 class Refinement:
     """What refine did: `steps[0]` is the model as it came, `first` its fit; `study`, `state` as it is left."""
 
-    verdict: str
+    verdict: Verdict
     added: tuple[str, ...]
     tied: tuple[tuple[str, ...], ...]
     steps: tuple[Comparison, ...]
@@ -48,11 +49,50 @@ class Refinement:
     def best_of_tie(self) -> Study:
         """The study with the best of the tied explanations added, which `refine` does not do; the study as it is left
         where nothing is tied."""
-        study, best = self.study, self.last.rivals[0].fit.point if self.tied else None
+        study = self.study
         for name in self.tied[0] if self.tied else ():
-            parameters = study.catalogue.effects[name].parameters
-            study = study.with_effect(name, {p: best[self.state.model.column[f"{name}.{p}"]] for p in parameters})
+            best = self.last.rivals[0].fit.point
+            study = study.with_effect(name, _values(study, name, best, self.state.model.column))
         return study
+
+
+class _Steps:
+    """The model as it grows: a study and its fit, and every comparison on the way."""
+
+    def __init__(self, study: Study, state: CalibratedStudy, level_out: bool) -> None:
+        self.study, self.state, self.level_out = study, state, level_out
+        self.added: list[str] = []
+        self.comparisons = [compare(study, state, level_out=level_out)]
+
+    def to(self, study: Study, extra_starts: int) -> None:
+        """Go on with another model of the same rows."""
+        cells = None if self.state.model.scatters else self.state.cells  # gathered anew where the model scatters too
+        model = Model(study, engines=self.state.model.engines)
+        self.study, self.state = study, fit_study(study, model, cells, extra_starts)
+        self.comparisons.append(compare(study, self.state, level_out=self.level_out))
+
+    def add(self, found: Diagnosis) -> None:
+        """Add what a diagnosis names, one after the other, the first of the ranking first."""
+        order = {s.effect: k for k, s in enumerate(found.ranking)}
+        point, column = found.rivals[0].fit.point, self.state.model.column
+        for name in sorted(found.missing, key=order.__getitem__):
+            self.added.append(name)
+            self.to(self.study.with_effect(name, _values(self.study, name, point, column)), extra_starts=1)
+
+    def look_back(self) -> None:
+        """Leave out what is needless by now; exchange what was added for rivals that fit better."""
+        for name in needless(self.study, self.state, self.added):
+            self.added.remove(name)
+            self.to(self.study.without_effect(name), extra_starts=3)
+        while (trade := swap(self.study, self.state, self.added)) is not None:
+            old, new, values = trade
+            self.added[self.added.index(old)] = new
+            self.to(self.study.without_effect(old).with_effect(new, values), extra_starts=1)
+
+
+def _values(study: Study, name: str, point: np.ndarray, column: Mapping[str, int]) -> dict[str, float]:
+    """Values of an effect's parameters at a point of a model."""
+    return {p: point[column[f"{name}.{p}"]] for p in study.catalogue.effects[name].parameters}
 
 
 def refine(
@@ -72,53 +112,36 @@ def refine(
     ------
     InputError : the study gives nothing to fit
     """
-    first = state = state or fit_study(study, Model(study, engines=engines))
-    comparison = compare(study, state, level_out=propose)
-    steps, diagnoses, added, ties_only = [comparison], [], [], needs_simulation(study)
-    while True:
-        found = diagnose(study, state, GATE if not added else GATE_AGAIN, comparison, propose, rank, ties_only)
-        diagnoses.append(found)
-        if found.verdict != "missing" or len(added) + len(found.missing) > most:
-            break
-        chosen = found.rivals[0]
-        order = {s.effect: k for k, s in enumerate(found.ranking)}
-        for name in sorted(found.missing, key=order.__getitem__):
-            effect = study.catalogue.effects[name]
-            values = {p: chosen.fit.point[state.model.column[f"{name}.{p}"]] for p in effect.parameters}
-            study = study.with_effect(name, values)
-            added.append(name)
-            state = fit_study(study, Model(study, engines=state.model.engines), _kept(state), extra_starts=1)
-            comparison = compare(study, state, level_out=propose)
-            steps.append(comparison)
-        for name in needless(study, state, added):
-            study = study.without_effect(name)
-            added.remove(name)
-            state = fit_study(study, Model(study, engines=state.model.engines), _kept(state))
-            comparison = compare(study, state, level_out=propose)
-            steps.append(comparison)
-        while (trade := swap(study, state, added)) is not None:
-            old, new, values = trade
-            study = study.without_effect(old).with_effect(new, values)
-            added[added.index(old)] = new
-            state = fit_study(study, Model(study, engines=state.model.engines), _kept(state), extra_starts=1)
-            comparison = compare(study, state, level_out=propose)
-            steps.append(comparison)
-        if len(added) >= most:
-            diagnoses.append(diagnose(study, state, GATE_AGAIN, comparison, propose, rank, ties_only))
-            break
-    for name in added:
-        values = {
-            p: state.fit.point[state.model.column[f"{name}.{p}"]] for p in study.catalogue.effects[name].parameters
-        }
-        study = study.with_effect(name, values)
+    first = state or fit_study(study, Model(study, engines=engines))
+    steps, ties_only = _Steps(study, first, level_out=propose), needs_simulation(study)
+
+    def diagnosis() -> Diagnosis:
+        level = GATE_AGAIN if steps.added else GATE
+        return diagnose(steps.study, steps.state, level, steps.comparisons[-1], propose, rank, ties_only)
+
+    diagnoses = [diagnosis()]
+    while (
+        len(steps.added) < most
+        and diagnoses[-1].verdict == Verdict.MISSING
+        and len(steps.added) + len(diagnoses[-1].missing) <= most
+    ):
+        steps.add(diagnoses[-1])
+        steps.look_back()
+        diagnoses.append(diagnosis())
+    study = steps.study
+    for name in steps.added:
+        study = study.with_effect(name, _values(study, name, steps.state.fit.point, steps.state.model.column))
+    last = diagnoses[-1]
     return Refinement(
-        diagnoses[-1].verdict, tuple(added), diagnoses[-1].tied, tuple(steps), tuple(diagnoses), study, first, state
+        last.verdict,
+        tuple(steps.added),
+        last.tied,
+        tuple(steps.comparisons),
+        tuple(diagnoses),
+        study,
+        first,
+        steps.state,
     )
-
-
-def _kept(state: CalibratedStudy) -> CellMeans | None:
-    """The cells for the next model of the same rows; gathered anew where the model's own scatter is part of it."""
-    return None if state.model.scatters else state.cells
 
 
 def needless(study: Study, state: CalibratedStudy, added: list[str]) -> list[str]:
@@ -155,10 +178,10 @@ def swap(study: Study, state: CalibratedStudy, added: list[str]) -> tuple[str, s
         shown = [s for s in signatures(without, names, basis) if s.visible_share >= VISIBLE and s.length >= 1.0]
         if not shown:
             continue
-        fits, _ = refits(without, names, shown, np.array([s.unit for s in shown]) @ without.fit.residual)
-        trades += [(f.chi2, old, new, f) for (new,), f in fits.items()]
+        fits, _ = refits(without, shown, np.array([s.unit for s in shown]) @ without.fit.residual)
+        trades += [(f.chi2, old, new, f) for new, f in fits.items()]
     best = min(trades, key=lambda trade: trade[0], default=None)
     if best is None or best[0] > state.fit.chi2 - TIE * reduced_chi2(state, best[3]):
         return None
     _, old, new, fitted = best
-    return old, new, {p: fitted.point[state.model.column[f"{new}.{p}"]] for p in catalogue.effects[new].parameters}
+    return old, new, _values(study, new, fitted.point, state.model.column)

@@ -185,9 +185,11 @@ def _shapes(means: np.ndarray) -> np.ndarray:
 
 def _stated(cell: Sequence[Measurement]) -> float:
     """Stated sd of a reading of a cell, nan where any row leaves it blank."""
-    if any(row.sd is None for row in cell):
+    sds = [row.sd for row in cell if row.sd is not None]
+    if len(sds) < len(cell):
         return np.nan
-    return float(np.sqrt(sum(row.n * row.sd**2 for row in cell) / sum(row.n for row in cell)))
+    squares = sum(row.n * sd**2 for row, sd in zip(cell, sds, strict=True))
+    return float(np.sqrt(squares / sum(row.n for row in cell)))
 
 
 def _by_rule(mean: np.ndarray, sd: np.ndarray) -> bool:

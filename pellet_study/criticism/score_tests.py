@@ -29,8 +29,8 @@ def _noise(group: tuple[int, ...], group_dof: tuple[int, ...]) -> np.ndarray:
     noise = rng.standard_normal((DRAWS, len(group)))
     for number, dof in enumerate(group_dof):
         if dof > 0:
-            mine = np.array(group) == number
-            noise[:, mine] /= np.sqrt(rng.chisquare(dof, (DRAWS, 1)) / dof)
+            in_group = np.array(group) == number
+            noise[:, in_group] /= np.sqrt(rng.chisquare(dof, (DRAWS, 1)) / dof)
     return noise.astype(np.float32)
 
 

@@ -20,14 +20,14 @@ LEGEND = (
 MOST_ROWS = 40  # of a table; the worst where there are more
 
 
-def comparison_page(study: Study, found: Comparison) -> str:
+def comparison_page(study: Study, compared: Comparison) -> str:
     """One page: the fit, where it fails, the constants, every row."""
-    answer = answers.comparison(found)
+    answer = answers.comparison(compared)
     fitted = sum(row["split"] == "fit" for row in answer["rows"])
     words = facts.failures(answer)
     lines = [
-        f"{study.title}: {fitted} rows fitted, {len(found.rows) - fitted} held out; rigs {', '.join(study.rigs)}",
-        f"model: {facts.model_name(found.effects)}",
+        f"{study.title}: {fitted} rows fitted, {len(compared.rows) - fitted} held out; rigs {', '.join(study.rigs)}",
+        f"model: {facts.model_name(compared.effects)}",
         "",
         *fit_lines(answer),
         "",
@@ -36,8 +36,8 @@ def comparison_page(study: Study, found: Comparison) -> str:
         f"{'constant':40s}{'value':>10s}   95 % interval",
         *map(constant_line, facts.constants(answer)),
         "",
-        *rows_table(answer["rows"], [row.row.note for row in found.rows]),
-        *warning_lines(found.warnings),
+        *rows_table(answer["rows"], [row.row.note for row in compared.rows]),
+        *warning_lines(compared.warnings),
     ]
     return folded(lines)
 
@@ -147,12 +147,13 @@ def next_words(proposal: Proposal) -> str:
     return f"{proposal.rig} {proposal.observable} at {conditions}: {rivals}"
 
 
-def answer_lines(study: Study, found: Diagnosis) -> list[str]:
+def answer_lines(study: Study, diagnosed: Diagnosis) -> list[str]:
     """The verdict, what each named effect is, and what to measure next."""
-    answer = answers.diagnosis(found)
+    answer = answers.diagnosis(diagnosed)
     finding = facts.finding(answer)
     words = {
-        Verdict.ADEQUATE: facts.adequacy(answers.comparison(found.comparison)),
+        Verdict.ADEQUATE: facts.adequacy(answers.comparison(diagnosed.comparison)),
+        Verdict.UNDECIDED: "a fit on which the answer rests did not end (see the notes)",
         Verdict.UNEXPLAINED: "the model fails, and no candidate of a plausible size repairs it",
         Verdict.MISSING: finding.names,
         Verdict.TIED: f"{finding.names} explain it alike",
@@ -161,9 +162,9 @@ def answer_lines(study: Study, found: Diagnosis) -> list[str]:
     for effect in facts.described(study.catalogue, finding.effects):
         lines.append(f"       {effect.name}: {effect.means}. {effect.formula}  [{effect.source}]")
         lines += [f"         would show in {rig}: {where}" for rig, where in effect.rigs.items()]
-    if found.alike_but_implausible:
+    if diagnosed.alike_but_implausible:
         lines.append(
-            f"       by the shape of the misfit alone {' and '.join(found.alike_but_implausible)} "
+            f"       by the shape of the misfit alone {' and '.join(diagnosed.alike_but_implausible)} "
             "would explain it as well, "
             "but only at a size beyond the physical range"
         )
@@ -173,21 +174,21 @@ def answer_lines(study: Study, found: Diagnosis) -> list[str]:
     return lines
 
 
-def diagnosis_page(study: Study, found: Diagnosis) -> str:
+def diagnosis_page(study: Study, diagnosed: Diagnosis) -> str:
     """One page: where it fails, the ranking, the answer."""
-    comparison = answers.comparison(found.comparison)
+    comparison = answers.comparison(diagnosed.comparison)
     lines = [
         f"{study.title}: model {facts.model_name(comparison['effects'])}",
         f"chi2 = {number(comparison['chi2'])} on {comparison['dof']}, "
         f"lack of fit p {probability(comparison['lack_of_fit_p'])}; "
-        f"is any candidate needed? p {probability(found.gate_p)} (over all candidates together)",
+        f"is any candidate needed? p {probability(diagnosed.gate_p)} (over all candidates together)",
         *(f"WHERE  {words}" for words in facts.failures(comparison)[:3]),
         "",
-        *ranking_table(facts.candidates(study.catalogue, answers.diagnosis(found))),
+        *ranking_table(facts.candidates(study.catalogue, answers.diagnosis(diagnosed))),
         "",
-        *answer_lines(study, found),
+        *answer_lines(study, diagnosed),
     ]
-    return folded([*lines, *warning_lines(found.warnings)])
+    return folded([*lines, *warning_lines(diagnosed.warnings)])
 
 
 def ladder(steps: Sequence[dict]) -> list[str]:
@@ -204,10 +205,10 @@ def ladder(steps: Sequence[dict]) -> list[str]:
     return lines
 
 
-def refinement_page(study: Study, found: Refinement, steps: Sequence[dict]) -> str:
+def refinement_page(study: Study, refined: Refinement, steps: Sequence[dict]) -> str:
     """One page: the ladder and the last diagnosis."""
-    added = ", ".join(found.added) or "nothing"
-    lines = [f"{study.title}: added {added}; verdict {found.verdict}", "", *ladder(steps), ""]
-    for k, diagnosis in enumerate(found.diagnoses):
-        lines += [f"--- diagnosis {k + 1}", diagnosis_page(found.study, diagnosis), ""]
+    added = ", ".join(refined.added) or "nothing"
+    lines = [f"{study.title}: added {added}; verdict {refined.verdict}", "", *ladder(steps), ""]
+    for k, diagnosis in enumerate(refined.diagnoses):
+        lines += [f"--- diagnosis {k + 1}", diagnosis_page(refined.study, diagnosis), ""]
     return folded(lines).rstrip()

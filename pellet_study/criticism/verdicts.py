@@ -9,6 +9,7 @@ class Verdict(StrEnum):
     ADEQUATE = "adequate"  # the present model explains the data
     MISSING = "missing"  # one explanation stands out
     TIED = "tied"  # several explain alike
+    UNDECIDED = "undecided"  # a fit that decides did not end
     UNEXPLAINED = "unexplained"  # the model fails, and no candidate repairs it
 
 

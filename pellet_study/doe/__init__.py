@@ -1,9 +1,9 @@
-"""Design and analysis of experiments: Plackett-Burman, steepest climb, Box-Behnken, target set, validation; designs made, judged and
-mended.
+"""Design and analysis of experiments: screening, climb, response surface, target set, validation; designs made and mended.
 
 Imports go one way, left may be imported by right:
 
     factors, blocks, published_designs, composite < columns, levels < design_table < linear_model < lenth
-    < plackett_burman < box_behnken < steepest_climb, optimum, validation, blocking
-    < run_sheet, fold_over, augment, power < repair, score < path_table, cautions, answers < figures < text
+    < plackett_burman < box_behnken < steepest_climb, optimum, validation, blocking, categorical
+    < run_sheet, fold_over, augment, power < planned_table, repair, score
+    < path_table, cautions, answers, labels < figures < text < design_text
 """

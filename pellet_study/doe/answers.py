@@ -11,6 +11,7 @@ from pellet_study.doe.linear_model import Interval
 from pellet_study.doe.optimum import TargetSet
 from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.plackett_burman import vif as screening_vif
+from pellet_study.doe.published_designs import design_of
 from pellet_study.doe.steepest_climb import Climb, Turning
 from pellet_study.doe.validation import Equivalence
 
@@ -49,6 +50,7 @@ def _common(analysis: Screening | Surface) -> dict:
         "alpha": analysis.alpha,
         "saturated": analysis.saturated,
         "runs": len(analysis.table.response),
+        "design": design_of(analysis.table),
         "response": str(analysis.table.response.name),
         "factors": [asdict(factor) for factor in analysis.table.factors],
         "lenth": analysis.lenth,

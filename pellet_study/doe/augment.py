@@ -84,8 +84,8 @@ def add_axial(
             f"{len(kept)} factor(s) and {centre_points} centre points were asked for: expected two factors or more, and "
             "0 centre points or more"
         )
-    centre = (np.abs(coded) < 0.5).all(axis=1)
     places = [names.index(name) for name in kept]
+    centre = (np.abs(coded[:, places]) < 0.5).all(axis=1)
     corners = coded[~centre][:, places]
     if not np.all(np.abs(np.abs(corners) - 1) < 0.1):
         raise InputError(

@@ -317,11 +317,11 @@ def box_cox(model: LinearFit, alpha: float = 0.05) -> BoxCox | None:
     if beyond is not None:
         return BoxCox(None, None, None, beyond, 1 - alpha)
     limit = log_likelihood(best) - chdtri(1, alpha) / 2
-    ends = []
-    for end in (low, high):
-        inside = log_likelihood(end) < limit
-        ends.append(float(brentq(lambda power: log_likelihood(power) - limit, best, end)) if inside else None)
-    return BoxCox(float(best), *ends, level=1 - alpha)
+    below, above = (
+        float(brentq(lambda power: log_likelihood(power) - limit, best, end)) if log_likelihood(end) < limit else None
+        for end in (low, high)
+    )
+    return BoxCox(float(best), below, above, level=1 - alpha)
 
 
 def _stationary(model: LinearFit) -> Stationary | None:

@@ -39,12 +39,13 @@ def screening_cautions(screening: Screening) -> list[str]:
 def surface_cautions(surface: Surface) -> list[str]:
     """What speaks against a fitted surface."""
     found = []
+    helps = surface.box_cox is not None and surface.box_cox.transformation_needed
+    transform = ", transform the response (Box-Cox)" if helps else ""
     if surface.lack_of_fit_p is not None and surface.lack_of_fit_p < surface.alpha:
         found.append(
             f"the lack of fit is significant ({p_in_words(surface.lack_of_fit_p)}): the surface misses the runs by more "
-            "than replicates differ, so its intervals are too narrow; look for a run that went wrong (Cook's D), a "
-            "transformation of the response (Box-Cox), or make the region smaller; check that the replicates are runs of "
-            "their own"
+            f"than replicates differ, so its intervals are too narrow; look for a run that went wrong (Cook's D){transform}, "
+            "or make the region smaller; check that the replicates are runs of their own"
         )
     found += _worse_than_mean(surface, "leave terms out (--reduce), or run more")
     found += _far_stationary(surface)

@@ -1,8 +1,9 @@
 """Which columns of a table are factors and response, which are blocks, and which are bookkeeping to be left out."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
+from types import MappingProxyType
 
 import numpy as np
 import pandas as pd
@@ -132,7 +133,12 @@ def check_header(header: list[str], path: Path) -> None:
 
 
 def read_columns(
-    path: Path, ignore: Sequence[str] = (), blocks: Sequence[str] = (), factors: Sequence[str] = ()
+    path: Path,
+    ignore: Sequence[str] = (),
+    blocks: Sequence[str] = (),
+    factors: Sequence[str] = (),
+    categories: Mapping[str, tuple[str, ...]] = MappingProxyType({}),
+    unmeasured: bool = False,
 ) -> Columns:
     """The columns of a table as numbers, each in its role.
 
@@ -143,6 +149,10 @@ def read_columns(
     ignore, blocks, factors : sequence of str
         Columns that are neither factor nor response; that are blocks; that are factors whatever they are called.
         A name without its unit will do.
+    categories : mapping, optional
+        {factor: its levels in words}: of two the first is read as -1 and the second as 1, of more as 0, 1, 2, ...
+    unmeasured : bool
+        Keep runs without a response (NaN), as in the sheet of a design that is not run yet.
 
     Raises
     ------
@@ -172,7 +182,9 @@ def read_columns(
     if len(kept) < 2:
         raise InputError(f"{path} keeps {len(kept)} columns: expected factor columns, then the response")
     notes = [*raw.notes, *_left_out_note(left_out)]
-    frame, lines, used, failed = _numbers(raw, kept, path)
+    words = {raw.header.index(_known(name, raw.header, "read words from", path)): codes_of(levels)
+             for name, levels in categories.items()}  # fmt: skip
+    frame, lines, used, failed = _numbers(raw, kept, path, words, unmeasured)
     found = [
         checked(Block(name, tuple(raw.rows[k][1][raw.header.index(name)] for k in used)), str(path))
         for name in dict.fromkeys(known["use as block"])
@@ -217,7 +229,11 @@ def _role(raw: Raw, i: int) -> tuple[str | None, str | None]:
     if len(filled) > 1 and not any(is_number(cell, raw.decimal) or cell in SIGNS for cell in filled):
         if all(cell.lower() in MISSING for cell in filled):
             return None, None
-        return None, f"{name!r} holds text ({filled[0][:30]!r}): --block {_quoted(name)} if its words say which block"
+        levels = _quoted(f"{name}={','.join(sorted(set(filled))[:3])}")
+        return None, (
+            f"{name!r} holds text ({filled[0][:30]!r}): --block {_quoted(name)} if its words say which block, --factor "
+            f"{levels} if they are the levels of a factor"
+        )
     return None, None
 
 
@@ -252,23 +268,47 @@ def _left_out_note(left_out: list[tuple[str, str]]) -> list[str]:
     return [f"no factors, left out: {words}; --factor NAME=LOW,HIGH makes a column a factor"]
 
 
-def _numbers(raw: Raw, kept: list[int], path: Path) -> tuple[pd.DataFrame, list[int], list[int], list[str]]:
+def codes_of(levels: tuple[str, ...]) -> dict[str, float]:
+    """{level in words: number it is read as}."""
+    return dict(zip(levels, (-1.0, 1.0) if len(levels) == 2 else map(float, range(len(levels))), strict=True))
+
+
+def _numbers(raw: Raw, kept: list[int], path: Path, words: dict[int, dict[str, float]], unmeasured: bool):
     """The kept columns as numbers, their lines, the rows used, and a note on each run without a response."""
     values, lines, used, notes = [], [], [], []
     last = kept[-1]
     signs = {i for i in kept[:-1] if all(cell in SIGNS for cell in raw.column(i) if cell)}
     for k, (line, row) in enumerate(raw.rows):
-        if row[last].lower() in MISSING:
+        missing = row[last].lower() in MISSING
+        if missing and not unmeasured:
             notes.append(f"row {line} has no {raw.header[last]!r}: a run that failed; it is left out")
             continue
-        for i in kept:
+        for i in kept[:-1] if missing else kept:
+            if i in words:
+                if row[i] not in words[i]:
+                    raise InputError(
+                        f"column {raw.header[i]!r}, row {line} of {path}: {row[i]!r} is none of its levels "
+                        f"{', '.join(words[i])}; correct it, or name all levels with --factor"
+                    )
+                continue
             if not (row[i] in SIGNS if i in signs else is_number(row[i], raw.decimal)):
                 sign = "comma, as other cells of the table have" if raw.decimal == "," else "point"
                 raise InputError(
                     f"column {raw.header[i]!r}, row {line} of {path}: {row[i]!r} is not a number; expected a level of the "
                     f"factor or the measured response with a decimal {sign} (leave the response of a failed run empty)"
                 )
-        values.append([SIGNS[row[i]] if i in signs else number(row[i], raw.decimal) for i in kept])
+        values.append(
+            [
+                np.nan
+                if missing and i == last
+                else words[i][row[i]]
+                if i in words
+                else SIGNS[row[i]]
+                if i in signs
+                else number(row[i], raw.decimal)
+                for i in kept
+            ]
+        )
         lines.append(line)
         used.append(k)
     if not values:

@@ -1,7 +1,7 @@
 """Read and check the table of a design that was run: factor columns, then the response in the last column."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 
 import numpy as np
@@ -87,9 +87,11 @@ def read_design(
         See `columns.read_columns`; also a constant column, a column with more levels than a design has, a middle
         level that is not in the middle, factors given that the table has not.
     """
-    found = read_columns(path, ignore, blocks, [factor.name for factor in factors])
+    categories = {factor.name: factor.levels for factor in factors if factor.levels}
+    found = read_columns(path, ignore, blocks, [factor.name for factor in factors], categories)
+    words = [f"{name}: -1 is {levels[0]}, +1 is {levels[1]}" for name, levels in categories.items()]
     return code_design(
-        found.frame, factors, found.lines, found.notes, max_levels, str(path), found.blocks, found.left_out
+        found.frame, factors, found.lines, found.notes + words, max_levels, str(path), found.blocks, found.left_out
     )
 
 
@@ -110,7 +112,9 @@ def code_design(
         name = found_in(factor.name, names)
         if name is None:
             raise InputError(f"factor {factor.name!r} is not a column of {source}: its factors are {', '.join(names)}")
-        given[name] = Factor(name, factor.low, factor.high, factor.unit)
+        given[name] = replace(
+            factor, name=name, unit="" if split_unit(name)[1] else factor.unit
+        )  # a header has it once
     _check_response(frame, names, lines, source)
     resolved, coded, more = resolve(frame[names], given, lines, max_levels, source)
     return DesignTable(
@@ -126,7 +130,8 @@ def _check_response(frame, names, lines, source) -> None:
             f"{lines[0]} to {lines[-1]}): expected the measured response, which varies; put it in the last "
             "column"
         )
-    if set(frame[response].round(9)) <= {-1.0, 0.0, 1.0} or _looks_like_a_factor(frame):
+    coded = set(frame[response].round(9)) <= {-1.0, 0.0, 1.0} and np.abs(frame[response]).max() > 0.5
+    if coded or _looks_like_a_factor(frame):
         raise InputError(
             f"the last column {response!r} of {source} holds the levels of a factor in rows {lines[0]} to "
             f"{lines[-1]}: the response column is missing; expected the measured values in the last column"

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pellet_study.errors import InputError
+from pellet_study.tables.headers import split_unit
 
 
 @dataclass(frozen=True)
@@ -19,6 +20,8 @@ class Factor:
         its factor B so: -1 is 0.90 and +1 is 0.82).
     unit : str
         Unit of the physical levels; empty for a pure number.
+    levels : tuple of str
+        Names of the levels of a categorical factor, two or more; of two the first is -1 and the second +1.
 
     Raises
     ------
@@ -30,6 +33,7 @@ class Factor:
     low: float = -1.0
     high: float = 1.0
     unit: str = ""
+    levels: tuple[str, ...] = ()
 
     def __post_init__(self):
         if not (np.isfinite(self.low) and np.isfinite(self.high)) or self.low == self.high:
@@ -55,6 +59,17 @@ class Factor:
         r"""Physical level :math:`u = u_0 + x \Delta` of a coded one."""
         return self.centre + np.asarray(coded, dtype=float) * self.half_range
 
+    def word(self, coded: float) -> str:
+        """A level as it is written in a table."""
+        return self.levels[int(coded > 0)] if self.levels else f"{float(self.physical(coded)):.6g}"
+
+    @property
+    def declaration(self) -> str:
+        """As `parse_factor` reads it."""
+        if self.levels:
+            return f"{self.name}={','.join(self.levels)}"
+        return f"{self.name}={self.low:.12g},{self.high:.12g}" + (f",{self.unit}" if self.unit else "")
+
     @property
     def label(self) -> str:
         """Name with unit, as written on an axis."""
@@ -62,13 +77,23 @@ class Factor:
 
 
 def with_unit(name: str, unit: str) -> str:
-    """A quantity and its unit as written on an axis: `angle (deg)`, `G (J/m2)`."""
-    return f"{name} ({unit})" if unit else name
+    """A quantity and its unit as written on an axis: `angle (deg)`, `G (J/m2)`; once where the name has it already."""
+    return f"{name} ({unit})" if unit and split_unit(name)[1] != unit else name
 
 
 def parse_factor(text: str) -> Factor:
-    """A factor from `NAME=LOW,HIGH` or `NAME=LOW,HIGH,UNIT`, LOW being the physical value of -1."""
+    """A factor from `NAME=LOW,HIGH` or `NAME=LOW,HIGH,UNIT`, LOW being the physical value of -1.
+
+    `NAME=WORD,WORD,...`, none of them a number, is a categorical factor.
+    """
     name, _, levels = text.partition("=")
+    words = [word.strip() for word in levels.split(",")]
+    if name.strip() and len(words) > 1 and all(words) and not any(map(_numeric, words)):
+        if len(set(words)) < len(words):
+            raise InputError(
+                f"the factor {text!r} names a level twice: expected different words, such as {name}=old,new"
+            )
+        return Factor(name.strip(), levels=tuple(words))
     low, high, unit = (levels.split(",") + ["", ""])[:3]
     try:
         if not name.strip():
@@ -79,6 +104,14 @@ def parse_factor(text: str) -> Factor:
             f"the factor {text!r} was not understood: expected NAME=LOW,HIGH or NAME=LOW,HIGH,UNIT with LOW "
             "the physical value of -1, for example B=0.90,0.82"
         ) from None
+
+
+def _numeric(word: str) -> bool:
+    try:
+        float(word)
+    except ValueError:
+        return False
+    return True
 
 
 def parse_factors(words: list[str]) -> list[Factor]:
@@ -111,12 +144,14 @@ def parse_levels(text: str) -> dict[str, float]:
 def parse_range(text: str) -> tuple[str, tuple[float, float]]:
     """(name, (low, high)) from `A=1,2`."""
     factor = parse_factor(text)
+    if factor.levels:
+        raise InputError(f"{text!r} was not understood: expected NAME=LOW,HIGH with numbers, for example B=0.90,0.82")
     return factor.name, (factor.low, factor.high)
 
 
 def rounded(values, scale: float):
-    """Levels without the noise of their computation: to eleven digits of a quantity of this size, whatever its unit."""
-    decimals = 10 - int(np.floor(np.log10(scale))) if scale > 0 else 10
+    """Levels without the noise of their computation: ten decimals, of a quantity below 0.1 ten digits, whatever its unit."""
+    decimals = 10 if scale >= 0.1 or scale <= 0 else 9 - int(np.floor(np.log10(scale)))
     return np.round(np.asarray(values, dtype=float), decimals) if decimals < 300 else np.asarray(values, dtype=float)
 
 
@@ -125,9 +160,11 @@ def physical_design(coded, factors: list[Factor]):
     import pandas as pd
 
     coded = np.asarray(coded, dtype=float)
-    return pd.DataFrame(
-        {
-            factor.name: rounded(factor.physical(coded[:, i]), max(abs(factor.low), abs(factor.high)))
-            for i, factor in enumerate(factors)
-        }
-    )
+    return pd.DataFrame({factor.name: _as_written(factor, coded[:, i]) for i, factor in enumerate(factors)})
+
+
+def _as_written(factor: Factor, coded):
+    """Physical levels of a column, without the last digits of rounding; of a categorical factor its words."""
+    if factor.levels:
+        return [factor.levels[int(level > 0)] for level in coded]
+    return rounded(factor.physical(coded), max(abs(factor.low), abs(factor.high)))

@@ -10,6 +10,7 @@ import numpy as np
 
 from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.factors import with_unit
+from pellet_study.doe.labels import LONG, drawable, folded
 from pellet_study.doe.lenth import Lenth
 from pellet_study.doe.optimum import TargetSet
 from pellet_study.doe.plackett_burman import Screening
@@ -17,18 +18,28 @@ from pellet_study.doe.steepest_climb import Climb
 from pellet_study.output import style
 from pellet_study.output.style import new_axes, styled
 
+CLIMB_LONG = 8
+"""Letters of a name that still fits below a point of a path."""
+
 DARK, LIGHT, ACCENT = style.MODEL, style.LIGHT, style.MEASURED
 
 
 @styled
 def pareto(screening: Screening, unit: str = ""):
     """Sizes of the effects with their 5 % margins: of the t test, and Lenth's."""
-    figure, axes = new_axes()
     names = sorted(screening.effects, key=lambda name: abs(screening.effects[name]))
+    shown = drawable(screening.table.names)
+    written = [folded(shown(name)) for name in names]
+    lines = sum(1 + name.count("\n") for name in written)
+    figure, axes = new_axes(height=max(3.8, 1.6 + 0.19 * lines + 0.06 * len(names)))
     sizes = [abs(screening.effects[name]) for name in names]
     positive = [screening.effects[name] > 0 for name in names]
     bars = axes.barh(
-        names, sizes, color=[DARK if is_up else LIGHT for is_up in positive], edgecolor="black", linewidth=0.8
+        range(len(names)),
+        sizes,
+        color=[DARK if is_up else LIGHT for is_up in positive],
+        edgecolor="black",
+        linewidth=0.8,
     )
     for bar, is_up in zip(bars, positive, strict=True):
         bar.set_hatch("" if is_up else "///")
@@ -43,7 +54,8 @@ def pareto(screening: Screening, unit: str = ""):
         )
     _margins(axes, screening)
     _legend_of_signs(axes)
-    axes.set_xlabel(with_unit("size of the effect (change from -1 to +1)", unit))
+    axes.set_yticks(range(len(names)), written)
+    axes.set_xlabel(shown(with_unit("size of the effect (change from -1 to +1)", unit)))
     axes.set_ylabel("factor")
     axes.margins(x=0.12)
     return figure
@@ -72,14 +84,19 @@ def _legend_of_signs(axes) -> None:
 
 
 @styled
-def half_normal(effects: dict[str, float], lenth: Lenth | None = None, unit: str = "", noise=()):
+def half_normal(effects: dict[str, float], lenth: Lenth | None = None, unit: str = "", noise=(), names=None):
     """Half-normal plot: noise lies on a line through the origin, what acts stands to its right.
 
     `noise` are the contrasts of the design's unused columns: grey and without names, ranked with the others.
+    `names` are those of the factors, where `effects` are of products too. Long names stand below, with a letter each.
     """
     from scipy.special import ndtri
 
-    figure, axes = new_axes()
+    shown = drawable(list(effects) if names is None else names)
+    written = {name: shown(name) for name in effects}
+    long = any(len(name) > LONG for name in written.values())
+    letters = {name: _letter(i) if long else text for i, (name, text) in enumerate(written.items())}
+    figure, axes = new_axes(height=3.8 + 0.19 * len(effects) * long)
     ranked = sorted([(abs(size), name) for name, size in effects.items()] + [(abs(size), "") for size in noise])
     sizes, named = np.array([size for size, _ in ranked]), np.array([bool(name) for _, name in ranked])
     quantiles = ndtri(0.5 + 0.5 * (np.arange(1, len(sizes) + 1) - 0.5) / len(sizes))
@@ -91,7 +108,7 @@ def half_normal(effects: dict[str, float], lenth: Lenth | None = None, unit: str
     for (size, name), quantile in zip(ranked, quantiles, strict=True):
         left = size > 0.6 * sizes[-1]
         axes.annotate(
-            name,
+            letters.get(name, ""),
             (size, quantile),
             (-8 if left else 8, -4),
             textcoords="offset points",
@@ -111,12 +128,28 @@ def half_normal(effects: dict[str, float], lenth: Lenth | None = None, unit: str
         axes.axvline(lenth.margin_of_error, color=ACCENT, linestyle="--", label="Lenth's margin of error")
     if axes.get_legend_handles_labels()[0]:
         axes.legend(fontsize=8, loc="lower right")
-    axes.set_xlabel(with_unit("size of the effect", unit))
+    if long:
+        _key(figure, {letters[name]: text for name, text in written.items()})
+    axes.set_xlabel(shown(with_unit("size of the effect", unit)))
     axes.set_ylabel("half-normal quantile")
     axes.margins(x=0.1, y=0.08)
     axes.set_xlim(left=0)
     axes.set_ylim(bottom=0)
     return figure
+
+
+def _letter(i: int) -> str:
+    """A, B, ..., Z, A1, B1, ..."""
+    return chr(ord("A") + i % 26) + (str(i // 26) if i >= 26 else "")
+
+
+def _key(figure, names: dict[str, str]) -> None:
+    """What the letters of a figure stand for, below its axes."""
+    from matplotlib.lines import Line2D
+
+    labels = [f"{letter}: {text}" for letter, text in names.items()]
+    handles = [Line2D([], [], linestyle="") for _ in labels]
+    figure.legend(handles, labels, loc="outside lower center", handlelength=0, handletextpad=0, fontsize=8)
 
 
 @styled
@@ -128,6 +161,7 @@ def surface_contours(surface: Surface, found: TargetSet | None = None, unit: str
     """
     from matplotlib.ticker import MaxNLocator
 
+    name = drawable(surface.table.names, str(surface.table.response.name))
     factors, pairs = surface.table.factors, list(combinations(range(len(surface.table.factors)), 2))
     shown = pairs if shown is None else list(shown)
     rest = found.coded if found is not None else np.zeros(len(factors))
@@ -142,14 +176,14 @@ def surface_contours(surface: Surface, found: TargetSet | None = None, unit: str
         axes.contour(x, y, z, levels=levels, colors="white", linewidths=0.4, alpha=0.6)
         _draw_target(axes, x, y, z, found)
         _draw_runs(axes, surface, pair, rest, found)
-        axes.set_xlabel(factors[pair[0]].label)
-        axes.set_ylabel(factors[pair[1]].label)
-        others = [f"{f.name} = {float(f.physical(rest[i])):.4g}" for i, f in enumerate(factors) if i not in pair]
-        axes.set_title(", ".join(others), fontsize=9)
+        axes.set_xlabel(folded(name(factors[pair[0]].label), 42))
+        axes.set_ylabel(folded(name(factors[pair[1]].label), 42))
+        others = [f"{name(f.name)} = {float(f.physical(rest[i])):.4g}" for i, f in enumerate(factors) if i not in pair]
+        axes.set_title(folded(", ".join(others), 46), fontsize=9)
         axes.xaxis.set_major_locator(MaxNLocator(5))
     for axes in grid.flat[len(shown) :]:
         axes.set_visible(False)
-    figure.colorbar(colours, ax=grid, label=with_unit(str(surface.table.response.name), unit))
+    figure.colorbar(colours, ax=grid, label=folded(name(with_unit(str(surface.table.response.name), unit)), 50))
     drawn = [planes[pairs.index(pair)][2] for pair in shown]
     _surface_legend(figure, found, unit, min(z.min() for z in drawn), max(z.max() for z in drawn))
     return figure
@@ -203,7 +237,7 @@ def _surface_legend(figure, found: TargetSet | None, unit: str, lowest: float, h
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
 
-    handles = [
+    handles: list = [
         Line2D([], [], marker="o", color="white", markeredgecolor="black", linestyle="", label="runs (projected)")
     ]
     if found is not None:
@@ -236,6 +270,7 @@ def _surface_legend(figure, found: TargetSet | None, unit: str, lowest: float, h
 @styled
 def predicted_observed(surface: Surface, unit: str = ""):
     """Fitted against observed response, replicated centre points marked."""
+    name = drawable(surface.table.names, str(surface.table.response.name))
     figure, axes = new_axes(4.8, 4.4)
     observed, fitted = surface.model.response, surface.runs.fitted
     centre = (np.abs(surface.table.coded.to_numpy()) < 0.05).all(axis=1)
@@ -243,30 +278,41 @@ def predicted_observed(surface: Surface, unit: str = ""):
     axes.plot(ends, ends, color="black", linewidth=1, label="equal")
     axes.plot(observed[~centre], fitted[~centre], "o", color=DARK, label="runs")
     axes.plot(observed[centre], fitted[centre], "s", color=LIGHT, markeredgecolor="black", label="centre runs")
-    axes.set_xlabel(with_unit(f"observed {surface.table.response.name}", unit))
-    axes.set_ylabel(with_unit(f"fitted {surface.table.response.name}", unit))
+    axes.set_xlabel(folded(name(with_unit(f"observed {surface.table.response.name}", unit)), 48))
+    axes.set_ylabel(folded(name(with_unit(f"fitted {surface.table.response.name}", unit)), 48))
     axes.legend(fontsize=8)
     return figure
 
 
 @styled
-def climb_path(climb: Climb, unit: str = "", target: float | None = None):
-    """Predicted response along a path with its prediction interval."""
-    figure, axes = new_axes()
+def climb_path(climb: Climb, unit: str = "", target: float | None = None, names=None):
+    """Predicted response along a path with its prediction interval; `names` are those of all factors of the table.
+
+    The levels stand below each point; long names once, below them all, in the same order.
+    """
+    name = drawable([factor.name for factor in climb.factors] if names is None else names)
+    labels = [name(factor.label) for factor in climb.factors]
+    long = max(len(name(factor.name)) for factor in climb.factors) > CLIMB_LONG
+    figure, axes = new_axes(height=3.8 + 0.16 * len(labels) * long)
     steps = np.arange(1, len(climb.predicted) + 1)
     axes.plot(steps, climb.predicted, "o-", color=DARK, label="predicted")
     if climb.prediction_intervals[0] is not None:
         low, high = np.array(climb.prediction_intervals).T
-        axes.fill_between(steps, low, high, color=LIGHT, alpha=0.5, label="prediction interval of a run")
+        axes.fill_between(
+            steps, low, high, color=LIGHT, alpha=0.5, label=f"{100 * climb.level:.6g} % prediction interval of a run"
+        )
     if target is not None:
         axes.axhline(target, color="black", linestyle="--", label=f"target {target:g}")
     lines = [
-        "\n".join(f"{name} {value:.4g}" for name, value in row.items())
+        "\n".join(f"{value:.4g}" if long else f"{name(key)} {value:.4g}" for key, value in row.items())
         for row in climb.points.to_dict(orient="records")
     ]
     axes.set_xticks(steps, lines, fontsize=7)
-    axes.set_xlabel("point of the path, physical levels (" + ", ".join(factor.label for factor in climb.factors) + ")")
-    axes.set_ylabel(with_unit("response", unit))
+    if long:
+        axes.set_xlabel("points of the path; levels from above:\n" + "\n".join(folded(label, 80) for label in labels))
+    else:
+        axes.set_xlabel("point of the path, physical levels (" + ", ".join(labels) + ")")
+    axes.set_ylabel(name(with_unit("response", unit)))
     axes.legend(fontsize=8)
     return figure
 

@@ -57,8 +57,8 @@ def lenth(effects: list[float], alpha: float = 0.05, complete: bool = True) -> L
     error = float(1.5 * np.median(kept)) if len(kept) else 0.0
     degrees = len(sizes) / 3
     simultaneous = (1 + (1 - alpha) ** (1 / len(sizes))) / 2
-    margins = [float(stdtrit(degrees, level) * error) for level in (1 - alpha / 2, simultaneous)]
-    return Lenth(len(sizes), error, *margins, complete and len(sizes) >= SPARSE_CONTRASTS)
+    margin, together = (float(stdtrit(degrees, level) * error) for level in (1 - alpha / 2, simultaneous))
+    return Lenth(len(sizes), error, margin, together, complete and len(sizes) >= SPARSE_CONTRASTS)
 
 
 def _unused_contrasts(table: DesignTable, centre: np.ndarray) -> list[float]:
@@ -94,7 +94,7 @@ def _standard_order(coded: np.ndarray, response: np.ndarray) -> np.ndarray:
     levels = np.round(coded).astype(int)
     order = np.lexsort([response, *levels.T[::-1]])
     groups = np.split(order, np.flatnonzero(np.diff(levels[order], axis=0).any(axis=1)) + 1)
-    replicated, rows = 0, []
+    replicated, rows = 0, list[np.ndarray]()
     for group in groups:
         falling = bin(replicated & replicated >> 1).count("1") % 2
         replicated += len(group) > 1

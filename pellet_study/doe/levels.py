@@ -38,7 +38,8 @@ def cubes(frame: pd.DataFrame) -> dict[str, tuple[float, float]]:
     runs where others are off theirs too; and those are at two levels only.
     """
     values = frame.to_numpy(dtype=float)
-    middle, half = (values.max(axis=0) + values.min(axis=0)) / 2, np.ptp(values, axis=0) / 2
+    middle = np.median(values, axis=0)  # where most runs are, also when an axial run failed
+    half = np.abs(values - middle).max(axis=0)
     if values.shape[1] < 2 or not np.all(half > 0):
         return {}
     places = (values - middle) / half
@@ -52,9 +53,8 @@ def cubes(frame: pd.DataFrame) -> dict[str, tuple[float, float]]:
         sizes = np.abs(inner)
         if np.ptp(sizes) > LEVEL_TOLERANCE * sizes.max() or np.abs(outer).min() < sizes.max() * 1.02:
             return {}
-        found[name] = tuple(
-            float(np.median(values[cube & off[:, i] & (sign * places[:, i] > 0), i])) for sign in (-1, 1)
-        )
+        low, high = (float(np.median(values[cube & off[:, i] & (sign * places[:, i] > 0), i])) for sign in (-1, 1))
+        found[name] = (low, high)
     return found
 
 
@@ -155,7 +155,7 @@ def _refuse_slip(frame: pd.DataFrame, name: str, lines, max_levels: int, source:
         raise InputError(
             f"column {name!r}, row {lines[row]} of {source}: {level:g} is a level of that run alone; expected one of "
             f"{', '.join(f'{other:g}' for other in rest)}. Correct the cell, or leave the response of that run empty"
-            + (_as_run(frame[name]) if max_levels > 3 else "")
+            + (_as_run(frame[name], rest) if max_levels > 3 else "")
         )
 
 
@@ -198,8 +198,7 @@ def _check(coded: pd.Series, values: pd.Series, lines, max_levels: int, given: b
     return []
 
 
-def _as_run(values: pd.Series) -> str:
-    """How to have levels analysed where they were run."""
-    return (
-        f", or analyse the levels where they were run, with --factor '{values.name}={values.min():g},{values.max():g}'"
-    )
+def _as_run(values: pd.Series, levels=None) -> str:
+    """How to have levels analysed where they were run; the ends are those of the levels given, or of all."""
+    levels = values if levels is None else levels
+    return f", or analyse the levels where they were run, with --factor '{values.name}={min(levels):g},{max(levels):g}'"

@@ -304,8 +304,8 @@ def interval(model: LinearFit, coded, alpha: float = 0.05) -> Interval:
         return Interval(predicted, None, None, None, extrapolation, 1 - alpha)
     t = stdtrit(model.df_residual, 1 - alpha / 2)
     mean, single = (np.sqrt(model.mean_square_error * (leverage + extra)) for extra in (0, 1))
-    bounds = [(float(predicted - t * width), float(predicted + t * width)) for width in (mean, single)]
-    return Interval(predicted, float(mean), *bounds, extrapolation, 1 - alpha)
+    of_mean, of_run = ((float(predicted - t * width), float(predicted + t * width)) for width in (mean, single))
+    return Interval(predicted, float(mean), of_mean, of_run, extrapolation, 1 - alpha)
 
 
 # --------------------------------------------------------------------------------------------- physical units

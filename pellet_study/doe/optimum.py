@@ -244,7 +244,8 @@ def _extents(surface: Surface, sample, distance, target: float) -> list[Extent]:
 
 
 def _extent(factor, ends) -> Extent:
-    return Extent(factor.name, tuple(ends), tuple(float(factor.physical(end)) for end in ends))
+    low, high = ends
+    return Extent(factor.name, (low, high), (float(factor.physical(low)), float(factor.physical(high))))
 
 
 def _ends(surface: Surface, points, i: int, sign: int, target: float, uncertainty: float = 0.0) -> list[float]:
@@ -345,7 +346,8 @@ def _best_run(surface: Surface, sample, leverage, distance, recommended) -> tupl
     candidates = np.vstack(
         [np.unique(surface.table.coded.to_numpy(), axis=0), recommended, near[:: max(1, len(near) // 60)]]
     )
-    model, inverse = surface.model, surface.model.inverse
+    model, size = surface.model, len(surface.model.terms)
+    inverse = model.inverse[:size, :size]
     points, runs = columns_of(near, model.terms), columns_of(candidates, model.terms)
     gain = (points @ inverse @ runs.T) ** 2 / (1 + model.leverage(candidates))
     best = int(np.argmax(gain.mean(axis=0)))

@@ -98,7 +98,33 @@ def coded_matrix(n_factors: int, runs: int | None = None, centre_points: int = 0
 
 def design(factors: list[Factor], runs: int | None = None, centre_points: int = 0) -> pd.DataFrame:
     """The design in the physical units of its factors: one column per factor; see `coded_matrix`."""
-    return physical_design(coded_matrix(len(factors), runs, centre_points), factors)
+    return physical_design(with_words(coded_matrix(len(factors), runs, centre_points), factors), factors)
+
+
+def with_words(coded: np.ndarray, factors: list[Factor], n_blocks: int = 1) -> np.ndarray:
+    """The design with centre points spread over the levels of its categorical factors, which have no middle.
+
+    Those of different blocks (every `n_blocks`-th is in the same one) are spread alike.
+
+    Raises
+    ------
+    InputError
+        If a categorical factor has more than two levels, or there are centre points and no other factor.
+    """
+    many = [factor.name for factor in factors if len(factor.levels) > 2]
+    if many:
+        raise InputError(
+            f"factor {many[0]!r} has more than two levels: a two-level design takes the two of most interest, written "
+            f"{many[0]}=one,other"
+        )
+    categorical = [i for i, factor in enumerate(factors) if factor.levels]
+    centre = np.flatnonzero(~coded.any(axis=1))
+    if len(centre) and len(categorical) == len(factors):
+        raise InputError("all factors are categorical, so there is no centre: leave --centre out")
+    coded = coded.copy()
+    for place, i in enumerate(categorical):
+        coded[centre, i] = np.where(np.arange(len(centre)) // n_blocks >> place & 1, 1.0, -1.0)
+    return coded
 
 
 @dataclass(frozen=True)
@@ -226,12 +252,15 @@ def analyse(table: DesignTable, alpha: float = 0.05, power: float = 0.8) -> Scre
 
 def _centre_points(table: DesignTable) -> np.ndarray:
     """Which runs are centre points."""
-    nearest = np.round(table.coded.to_numpy())
+    numeric = [factor.name for factor in table.factors if not factor.levels]
+    if not numeric:
+        return np.zeros(len(table.response), dtype=bool)
+    nearest = np.round(table.coded[numeric].to_numpy())
     centre = (nearest == 0).all(axis=1)
     mixed = (nearest == 0).any(axis=1) & ~centre
     if mixed.any():
         row = int(np.argmax(mixed))
-        name = table.names[int(np.argmax(nearest[row] == 0))]
+        name = numeric[int(np.argmax(nearest[row] == 0))]
         raise InputError(
             f"column {name!r}, row {table.lines[row]}: the middle level, while other factors of that run are "
             "low or high; a two-level design has its centre points at the middle of every factor. Analyse a "

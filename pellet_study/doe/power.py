@@ -12,7 +12,7 @@ import numpy as np
 
 from pellet_study.errors import InputError
 
-MAX_REPLICATES = 100
+MAX_REPLICATES = 1000
 
 
 @dataclass(frozen=True)
@@ -30,7 +30,7 @@ class Power:
         {term: effect found with the power wanted}; None likewise.
     replicates : int or None
         Fewest whole replicates of the design with which every main effect reaches the power wanted; None: not with
-        100.
+        1000.
     """
 
     sd: float

@@ -131,7 +131,7 @@ def _positions(runs: np.ndarray, n_factors: int) -> tuple[np.ndarray, int]:
     classes = [_groups(text) for text in CLASSES[n_factors].split("|")]
     seen: dict[tuple, int] = {}
     for i, run in enumerate(runs):
-        key = tuple(np.flatnonzero(run))
+        key = tuple(map(int, np.flatnonzero(run)))
         places = [k for k, groups in enumerate(classes, start=1) if key in map(lambda g: tuple(sorted(g)), groups)]
         found[i] = places[seen.get(key, 0) // 2**size % len(places)]
         seen[key] = seen.get(key, 0) + 1
@@ -139,6 +139,9 @@ def _positions(runs: np.ndarray, n_factors: int) -> tuple[np.ndarray, int]:
 
 
 # -------------------------------------------------------------------------------------------------- recognised
+UNKNOWN = "a design of no kind known here"
+
+
 def recognise(coded) -> str:
     """What design a coded table (n_runs, n_factors) is, in words; in any row order and with the factors in any order.
 
@@ -152,7 +155,13 @@ def recognise(coded) -> str:
     runs = coded[moved.any(axis=1)]
     tail = f", {len(runs)} + {centre} centre point{'s' if centre != 1 else ''}" if centre else f", {len(runs)} runs"
     name = _two_level_name(runs) or _three_level_name(runs, n_factors) or _composite_name(runs)
-    return (name or f"a design of no kind known here, {len(np.unique(runs.round(6), axis=0))} different runs") + tail
+    return (name or f"{UNKNOWN}, {len(np.unique(runs.round(6), axis=0))} different runs") + tail
+
+
+def design_of(table) -> str:
+    """What design a table is (see `recognise`), by its factors that are not categorical where there are such."""
+    numeric = [factor.name for factor in table.factors if not factor.levels] or table.names
+    return recognise(table.coded[numeric])
 
 
 def _two_level_name(runs: np.ndarray) -> str | None:

@@ -121,7 +121,7 @@ def _best(matrix, kept, lost, size) -> list[int]:
 
 def _ordered(matrix, kept, chosen) -> list[int]:
     """The chosen runs, each time the one first that brings most."""
-    left, order = list(chosen), []
+    left, order = list(chosen), list[int]()
     while left:
         best = max(left, key=lambda i: _log_determinant(matrix[[*kept, *order, i]]))
         order.append(best)

@@ -27,6 +27,8 @@ class RunSheet:
         `run` (1, 2, ...), `standard_order`, `block` where there are several, the factors in physical units, the
         responses, empty where they are to be measured.
     factors : list of Factor
+    coded : ndarray (n_runs, n_factors)
+        In the order of the runs.
     seed : int
         Of the random order.
     n_blocks : int
@@ -36,6 +38,7 @@ class RunSheet:
 
     frame: pd.DataFrame
     factors: list[Factor]
+    coded: np.ndarray
     seed: int
     n_blocks: int = 1
     worst_inflation: float = 1.0
@@ -108,7 +111,7 @@ def run_sheet(
     for name in responses:
         frame[name] = ""
     worst = float(inflation(model_matrix, blocks).max()) if n_blocks > 1 and model_matrix is not None else 1.0
-    return RunSheet(frame, list(factors), used, n_blocks, worst)
+    return RunSheet(frame, list(factors), np.asarray(coded)[order], used, n_blocks, worst)
 
 
 def write_sheet(frame: pd.DataFrame, path: Path) -> None:

@@ -86,18 +86,35 @@ def model_terms(names: list[str], model: str) -> dict[str, tuple[int, ...]]:
     return {**linear_terms(names), **(interaction_terms(names) if model == "interactions" else {})}
 
 
-def score(names: list[str], coded, model: str, blocks: np.ndarray | None = None) -> Score:
-    """Judge a design (n_runs, n_factors) for a model, with its blocks fitted where it has any."""
+def score(names: list[str], coded, model: str, blocks=None, centre=None) -> Score:
+    """Judge a design for a model.
+
+    Parameters
+    ----------
+    names : list of str
+    coded : array (n_runs, n_factors)
+    model : str
+        One of `MODELS`.
+    blocks : sequence (n_runs,), optional
+        The block of each run; fitted beside the terms.
+    centre : array of bool (n_runs,), optional
+        Which runs are centre points, where a categorical factor has no middle.
+
+    Raises
+    ------
+    InputError
+        If there is no such model.
+    """
     coded = np.asarray(coded, dtype=float)
     terms = model_terms(names, model)
     matrix = columns_of(coded, terms)
     runs, size = matrix.shape
-    extra = _block_columns(blocks)
+    extra = block_columns(blocks)
     full = np.column_stack([matrix, extra]) if extra is not None else matrix
     mixed = confounded(full, [*terms, *(f"block {i + 2}" for i in range(full.shape[1] - size))])
     distinct = len(np.unique(np.column_stack([coded.round(6), *([extra] if extra is not None else [])]), axis=0))
     common = {
-        "kind": recognise(coded),
+        "kind": recognise(coded if centre is None else np.where(np.asarray(centre)[:, None], 0.0, coded)),
         "model": model,
         "runs": runs,
         "terms": size,
@@ -125,7 +142,8 @@ def score(names: list[str], coded, model: str, blocks: np.ndarray | None = None)
     )
 
 
-def _block_columns(blocks) -> np.ndarray | None:
+def block_columns(blocks) -> np.ndarray | None:
+    """Columns that tell each block from the first (n_runs, n_blocks - 1); None where there is one only."""
     if blocks is None or len(labels := list(dict.fromkeys(blocks))) < 2:
         return None
     return np.column_stack([np.array([b == label for b in blocks], dtype=float) for label in labels[1:]])

@@ -61,7 +61,8 @@ def first_order_model(screening: Screening, names: list[str] | None = None) -> t
         If a name is no factor, or none was named and none is significant.
     """
     if names is None:
-        names = significant(screening)
+        words = {factor.name for factor in screening.table.factors if factor.levels}
+        names = [name for name in significant(screening) if name not in words]
         if not names:
             raise InputError(
                 "no factor is significant, so the climb has no direction: name the factors to move with --climb-factors"
@@ -72,6 +73,12 @@ def first_order_model(screening: Screening, names: list[str] | None = None) -> t
             f"{unknown[0]!r} is no factor of the table: its factors are {', '.join(screening.table.names)}"
         )
     table = screening.table
+    categorical = [factor for factor in table.factors if factor.levels and factor.name in names]
+    if categorical:
+        raise InputError(
+            f"{categorical[0].name!r} is categorical, so there is no path along it: leave it out of --climb-factors and "
+            "run the path at its better level"
+        )
     model = fit(names, linear_terms(names), table.coded[names], table.response, screening.model.extra)
     return model, [factor for name in names for factor in table.factors if factor.name == name]
 
@@ -267,7 +274,8 @@ def turning(runs: pd.DataFrame, target: float | None = None, ascend: bool = True
         next_factors=[
             Factor(
                 name,
-                *rounded(levels[best, i] + step[i] * np.array([-1, 1]), np.abs(levels[:, i]).max()).tolist(),
+                float(rounded(levels[best, i] - step[i], np.abs(levels[:, i]).max())),
+                float(rounded(levels[best, i] + step[i], np.abs(levels[:, i]).max())),
                 (units or {}).get(name, ""),
             )
             for i, name in enumerate(names)

@@ -8,6 +8,7 @@ from pellet_study.doe.lenth import Lenth
 from pellet_study.doe.linear_model import INTERCEPT, Interval
 from pellet_study.doe.optimum import TargetSet
 from pellet_study.doe.plackett_burman import Screening
+from pellet_study.doe.published_designs import UNKNOWN, design_of
 from pellet_study.doe.steepest_climb import Climb, Turning
 from pellet_study.doe.validation import Equivalence
 
@@ -73,12 +74,18 @@ def equation(coefficients: dict[str, float], digits: int = 6) -> str:
 
 
 def _head(analysis: Screening | Surface, kind: str) -> str:
-    levels = "; ".join(f"{f.label} {f.low:g} to {f.high:g}" for f in analysis.table.factors)
+    levels = "; ".join(f"{f.label} {f.word(-1)} to {f.word(1)}" for f in analysis.table.factors)
     return (
         f"{kind}: {len(analysis.table.response)} runs, {len(analysis.table.factors)} "
         f"factor{'s' if len(analysis.table.factors) > 1 else ''}, response "
-        f"{analysis.table.response.name}\nlevels -1 to +1: {levels}{_blocks_text(analysis)}"
+        f"{analysis.table.response.name}{_design_text(analysis)}\nlevels -1 to +1: {levels}{_blocks_text(analysis)}"
     )
+
+
+def _design_text(analysis: Screening | Surface) -> str:
+    """What design the runs are, where it is a known one."""
+    name = design_of(analysis.table)
+    return "" if UNKNOWN in name else f"\ndesign: {name}"
 
 
 def _blocks_text(analysis: Screening | Surface) -> str:
@@ -165,9 +172,9 @@ def _alias_text(screening: Screening) -> str:
             f"{max(shares, default=0):.3g}"
         )
     lines = ["aliases: each effect also carries these shares of two-factor interactions"]
-    for name, shares in screening.aliases.items():
+    for name, of_pairs in screening.aliases.items():
         groups: dict[str, list[str]] = {}
-        for pair, share in shares.items():
+        for pair, share in of_pairs.items():
             groups.setdefault(f"{share:+.3g}", []).append(pair)
         words = "; ".join(f"{share} of {', '.join(pairs)}" for share, pairs in groups.items())
         lines.append(f"  {name}: {words or 'none'}")

@@ -7,7 +7,8 @@ from typing import Any
 import numpy as np
 
 from pellet_study.model.engine import Request
-from pellet_study.rigs.catalogue import Acting, Catalogue
+from pellet_study.rigs.catalogue import Catalogue
+from pellet_study.rigs.declared import Acting
 
 
 @dataclass(frozen=True)
@@ -29,9 +30,13 @@ class ClosedForm:
 
     def _means(self, request: Request) -> np.ndarray:
         """Means of a request; points with the same effects present are answered together, without the others."""
-        rig, effects = self.catalogue.rigs[request.rig], {e: self.catalogue.effects[e] for e in request.effects}
+        predict, effects = (
+            self.catalogue.rigs[request.rig].predict,
+            {e: self.catalogue.effects[e] for e in request.effects},
+        )
+        assert predict is not None  # of a rig that is a formula
         if not effects:
-            return rig.predict(request.parameters, request.conditions, {})[request.observable]
+            return predict(request.parameters, request.conditions, {})[request.observable]
         amounts = [
             (request.effects[e][effect.amount], effect.neutral()[effect.amount]) for e, effect in effects.items()
         ]
@@ -45,5 +50,5 @@ class ClosedForm:
                 if there
             }
             own = {n: v[mine] if np.ndim(v) == 2 else v for n, v in request.parameters.items()}
-            mean[mine] = rig.predict(own, request.conditions, acting)[request.observable]
+            mean[mine] = predict(own, request.conditions, acting)[request.observable]
         return mean

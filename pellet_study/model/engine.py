@@ -37,11 +37,20 @@ class Engine(Protocol):
     a case or (case, effect), and why; `warnings` is what its user must know.
     """
 
-    step: float
-    levels: int
-    simulates: bool
-    failed: Mapping[Any, str]
-    warnings: Sequence[str]
+    @property
+    def step(self) -> float: ...
+
+    @property
+    def levels(self) -> int: ...
+
+    @property
+    def simulates(self) -> bool: ...
+
+    @property
+    def failed(self) -> Mapping[Any, str]: ...
+
+    @property
+    def warnings(self) -> Sequence[str]: ...
 
     def predict(self, requests: Sequence[Request]) -> list[tuple[np.ndarray, np.ndarray]]: ...
 

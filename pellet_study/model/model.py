@@ -9,6 +9,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 
@@ -21,15 +22,17 @@ from pellet_study.study.study import Study
 
 def engines_of(study: Study, rigs: Iterable[str]) -> dict[str, Engine]:
     """The engine that answers for each rig; those that run on YADE share one."""
-    closed, simulated, found = ClosedForm(study.catalogue), None, {}
+    closed: Engine = ClosedForm(study.catalogue)
+    simulated: Engine | None = None
+    found: dict[str, Engine] = {}
     for rig in rigs:
         if study.catalogue.rigs[rig].predict is not None:
             found[rig] = closed
             continue
         if simulated is None:
-            from pellet_study.model.surrogate import Simulated
+            from pellet_study.model.surrogate import Surrogate
 
-            simulated = Simulated(study, (study.folder or Path()) / ".store")
+            simulated = Surrogate(study, (study.folder or Path()) / ".store")
         found[rig] = simulated
     return found
 
@@ -100,7 +103,9 @@ class Model:
         found = []
         for (rig, observable, known), indices in groups.items():
             cases = [self.cases[k] for k in indices]
-            conditions = {c: np.array([case.conditions[c] for case in cases]) for c in cases[0].conditions}
+            conditions: dict[str, Any] = {
+                c: np.array([case.conditions[c] for case in cases]) for c in cases[0].conditions
+            }
             conditions["median_normal_stress_pa"] = median
             overrides = {p: np.array([case.parameters[p] for case in cases]) for p in known}
             found.append((rig, observable, np.array(indices), conditions, overrides))

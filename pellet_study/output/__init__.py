@@ -1,4 +1,4 @@
 """How answers look: the style of figures, lines on a terminal, numbers and names in words.
 
-words, style, terminal
+words, fonts < style, terminal
 """

@@ -6,11 +6,13 @@ Matplotlib is imported when a figure is asked for.
 
 import io
 import textwrap
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable
 from functools import wraps
 from pathlib import Path
+from typing import Any
 
 from pellet_study.errors import InputError
+from pellet_study.output import fonts
 
 LABEL_WIDTH = 60  # letters of a label in a legend
 MODEL, MEASURED, PAPER = "#0072B2", "#D55E00", "#555555"
@@ -19,8 +21,7 @@ SERIES = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9")
 MARKERS = ("o", "s", "^", "D", "v", "P")
 DASHES = ("-", "--", "-.", ":", (0, (6, 1.5, 1, 1.5, 1, 1.5)), (0, (1, 1)))
 
-STYLE = {
-    "font.family": "DejaVu Sans",
+STYLE: dict[Any, Any] = {
     "font.size": 9,
     "axes.labelsize": 9,
     "axes.titlesize": 9.5,
@@ -60,20 +61,20 @@ SYMBOLS = {
 }  # the source paper's
 
 
-def styled(draw):
+def styled(draw: Callable[..., Any]) -> Callable[..., Any]:
     """A function that makes a figure, run in the project's style."""
 
     @wraps(draw)
-    def in_style(*arguments, **options):
+    def in_style(*arguments: Any, **options: Any) -> Any:
         import matplotlib
 
-        with matplotlib.rc_context(STYLE):
+        with matplotlib.rc_context({**STYLE, "font.family": fonts.families()}):
             return draw(*arguments, **options)
 
     return in_style
 
 
-def new_axes(width: float = 6.0, height: float = 3.8, *, ax=None, **grid):
+def new_axes(width: float = 6.0, height: float = 3.8, *, ax: Any = None, **grid: Any) -> Any:
     """A figure and its axes on the file backend (no window), or given axes and theirs; `grid` goes to `Figure.subplots`."""
     if ax is not None:
         return ax.figure, ax
@@ -85,7 +86,7 @@ def new_axes(width: float = 6.0, height: float = 3.8, *, ax=None, **grid):
     return figure, figure.subplots(**grid)
 
 
-def new_panels(count: int, size: tuple[float, float], room: tuple[float, float], *, ax=None, **grid):
+def new_panels(count: int, size: tuple[float, float], room: tuple[float, float], *, ax: Any = None, **grid: Any) -> Any:
     """A figure and `count` axes, three in a line, the rest of the last line hidden; or given axes and their figure.
 
     Parameters
@@ -113,7 +114,7 @@ def new_panels(count: int, size: tuple[float, float], room: tuple[float, float],
     return figure, list(axes.flat[:count])
 
 
-def legend_below(figure, handles: Iterable, labels: Iterable[str], columns: int = 2, *, ax=None) -> None:
+def legend_below(figure: Any, handles: Iterable, labels: Iterable[str], columns: int = 2, *, ax: Any = None) -> None:
     """A legend under a figure's axes, in as many columns as its width has room for; long labels are folded.
 
     On given axes it stands in the first of them: the rest of their figure is the caller's.
@@ -150,7 +151,7 @@ def unit_in_words(unit: str) -> str:
 
 
 @styled
-def save(figure, file: Path) -> Path:
+def save(figure: Any, file: Path) -> Path:
     """Write a figure as PNG, the same bytes for the same content."""
     file.parent.mkdir(parents=True, exist_ok=True)
     figure.savefig(file, dpi=150, metadata={"Software": None})
@@ -158,7 +159,7 @@ def save(figure, file: Path) -> Path:
 
 
 @styled
-def svg(figure) -> str:
+def svg(figure: Any) -> str:
     """A figure as the text of an SVG file, the same for the same content."""
     stream = io.StringIO()
     figure.savefig(stream, format="svg", metadata={"Date": None, "Creator": None})

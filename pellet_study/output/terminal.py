@@ -8,8 +8,9 @@ import re
 import sys
 import textwrap
 import threading
-from collections.abc import Collection, Iterable, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
+from typing import TextIO
 
 WIDTH = 80  # columns of a page
 QUIET_S = 2.0  # work shorter than this is not announced
@@ -24,13 +25,14 @@ def folded(lines: Sequence[str]) -> str:
         if len(line) <= WIDTH:
             page.append(line)
             continue
-        head = re.match(rf"\s*(?:(?:{HEADS})\s+)?", line).group()
+        begun = re.match(rf"\s*(?:(?:{HEADS})\s+)?", line)
+        head = begun.group() if begun else ""
         beyond = " " * (len(head) if head.strip() else len(head) + 2)
         page += textwrap.wrap(line, WIDTH, subsequent_indent=beyond, break_long_words=False, break_on_hyphens=False)
     return "\n".join(page)
 
 
-def coloured(stream) -> bool:
+def coloured(stream: TextIO) -> bool:
     """Whether a stream is a terminal that wants colours."""
     return stream.isatty() and "NO_COLOR" not in os.environ and os.environ.get("TERM") != "dumb"
 
@@ -50,13 +52,13 @@ def warn(messages: Iterable[str], noted: Collection[str] = ()) -> None:
         print(f"\033[33m{text}\033[0m" if coloured(sys.stderr) else text, file=sys.stderr)
 
 
-def done(where, command: str | None = None) -> None:
+def done(where: object, command: str | None = None) -> None:
     """The last line of an answer: where the results are, which command comes next."""
     say(f"\nresults: {where}" + (f"; next: pellet-study {command}" if command else ""))
 
 
 @contextmanager
-def working(on: str):
+def working(on: str) -> Iterator[None]:
     """Say on a terminal what is being done and for how long, where it takes over two seconds."""
     from tqdm import tqdm
 

@@ -14,10 +14,15 @@ def probability(p: float | None) -> str:
     return "-" if p is None else ("< 0.001" if p < 0.001 else f"{p:.3f}")
 
 
-def nearest(given: str, accepted: Iterable[str]) -> str:
+def nearest(given: object, accepted: Iterable[str]) -> str:
     """`; accepted are a, b, c; did you mean b?` for an error message."""
     names = sorted(accepted)
     if not names:
         return "; there is none"
-    near = get_close_matches(str(given), names, n=1)
-    return f"; accepted are {', '.join(names)}" + (f"; did you mean {near[0]!r}?" if near else "")
+    return f"; accepted are {', '.join(names)}{did_you_mean(given, names)}"
+
+
+def did_you_mean(given: object, accepted: Iterable[str]) -> str:
+    """`; did you mean b?` for an error message; empty where no name is near."""
+    near = get_close_matches(str(given), list(accepted), n=1)
+    return f"; did you mean {near[0]!r}?" if near else ""

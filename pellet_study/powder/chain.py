@@ -63,15 +63,15 @@ class Chain:
         """Do one stage."""
         match stage:
             case "screening":
-                decision, self.screened = screen(self.heaps, self.results)
-                return decision
+                screening, self.screened = screen(self.heaps, self.results)
+                return screening
             case "climb":
                 return climb(self.heaps, self.results)
             case "surface":
                 return surface(self.heaps, self.results)
             case "optimum":
-                decision, self.targeted = meet_target(self.heaps.plan, self.results)
-                return decision
+                optimum, self.targeted = meet_target(self.heaps.plan, self.results)
+                return optimum
             case "validation":
                 return validate(self.heaps, self.results)
         raise ValueError(f"{stage!r}: expected one of {', '.join(STAGES)}")

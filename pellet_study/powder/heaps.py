@@ -13,7 +13,7 @@ from pellet_study.doe.factors import Factor
 from pellet_study.errors import SimulationError
 from pellet_study.powder.plan import OBSERVABLE, RIG, SYMBOLS, Plan
 from pellet_study.rigs import on_yade
-from pellet_study.simulate import dispatch
+from pellet_study.simulation import dispatch
 
 FIRST_SEED = {"screening": 10_000, "climb": 20_000, "surface": 30_000, "validation": 50_000}
 SEEDS_A_TRY = 1_000  # of each box of the surface and of each attempt of the validation, within their stage

@@ -1,4 +1,15 @@
-"""One self-contained HTML page about a study, made of the files in its folder.
+"""One self-contained HTML page about a study, made of the files in its folder: `write(folder)`.
 
-parts < particles, criticism, powder < measured, bench < page
+parts < particles, criticism, bench, powder < measured < page
 """
+
+from pathlib import Path
+
+__all__ = ["write"]
+
+
+def write(folder: Path) -> Path:
+    """Write the page of a study; returns its absolute path. See `page.write`."""
+    from pellet_study.report import page  # jinja2 and matplotlib only where a page is made
+
+    return page.write(folder)

@@ -1,36 +1,31 @@
-"""What the calibration's stages left in a study folder, as parts of the report."""
+"""What the seed bench tests left in a study folder, as parts of the report."""
 
 from pathlib import Path
 
 import pandas as pd
 
-from pellet_study.bench import report
-from pellet_study.bench.report import PAPER_FOUND
+from pellet_study.bench import figures, printed, report
+from pellet_study.bench.chain import BenchResult
 from pellet_study.output.style import label, words
-from pellet_study.paper import printed as paper
-from pellet_study.powder.plan import OBSERVABLE
-from pellet_study.report.parts import picture, table
-from pellet_study.report.powder import powder_stages
-from pellet_study.study.study import Study
+from pellet_study.report.parts import Stage, Table, picture, table
 
 
-def stages(study: Study, folder: Path) -> list[dict]:
-    """The stages done in a folder, in the source paper's order: {"heading", "words", "pictures", "tables"}."""
-    angles = [row for row in study.rows if row.rig == "repose" and row.observable == OBSERVABLE and row.split == "fit"]
-    measured = None
-    if angles:
-        value = sum(row.n * row.value for row in angles) / sum(row.n for row in angles)
-        sds = [row.sd for row in angles if row.sd is not None]
-        measured = (value, (sum(sd**2 for sd in sds) / len(sds)) ** 0.5 if sds else None)
-    return bench(folder) + powder_stages(folder, measured)
-
-
-def bench(folder: Path) -> list[dict]:
+def bench_stages(folder: Path) -> list[Stage]:
     """The seed bench tests: one part with their table, then one a test."""
     if not (folder / "calibration.csv").exists():
         return []
     results = report.read(folder)
-    printed = paper.tables()["text"]
+    together = Stage(
+        kind="bench",
+        heading="Seed bench tests",
+        words=["One test after the other; parameters of later tests are off until their own, as in the source paper."],
+        tables=[overview(results)],
+    )
+    return [together, *map(sweep, results)]
+
+
+def overview(results: list[BenchResult]) -> Table:
+    """A row a test: its parameter beside the source paper's, and its verification."""
     rows = []
     for r in results:
         check = r.verification
@@ -40,7 +35,7 @@ def bench(folder: Path) -> list[dict]:
                 label(r.stage.parameter).replace("$", "").replace("_", ""),
                 "not reached" if r.value is None else f"{r.value:.5f}",
                 "-" if r.value is None else f"{r.interval[0]:.4f} to {r.interval[1]:.4f}",
-                f"{printed[PAPER_FOUND[r.stage.symbol]]:g}",
+                f"{printed.solution(r.stage):g}",
                 f"{r.reading.value:g} {words(r.stage.observable)[1]}",
                 "-" if check is None else f"{check.value:.2f} ± {check.standard_error:.2f}",
                 "-" if check is None else f"{r.verification_error_percent:.2f} %",
@@ -49,39 +44,29 @@ def bench(folder: Path) -> list[dict]:
     head = (
         "test", "parameter", "ours", "95 % interval", "source paper", "measured", "simulated there", "error",
     )  # fmt: skip
-    found = [
-        {
-            "heading": "Seed bench tests",
-            "words": [
-                "One test after the other; parameters of later tests are off until their own, as in the source paper."
-            ],
-            "pictures": [],
-            "tables": [table(head, rows, range(2, 8))],
-        }
-    ]
-    for r in results:
-        equation = " ".join(f"{c:+.5g}{t}" for c, t in zip(r.curve.coefficients, ("", " a", " a²"), strict=True))
-        found.append(
-            {
-                "heading": f"{r.stage.rig}: {words(r.stage.parameter)[0]} {r.stage.symbol}",
-                "words": [
-                    f"Fit to the level means: {words(r.stage.observable)[0]} = {equation}, R² = {r.curve.r2:.4f}."
-                ],
-                "pictures": [
-                    picture(
-                        report.figure(r),
-                        f"{r.stage.rig}: level means, fitted parabola with its band, measurement and root",
-                        "Points: mean over seeds with two standard errors. Line: parabola with its 95 % band. Dashed: the "
-                        "measurement; star: where the parabola meets it; shaded: 95 % interval of the parameter.",
-                    )
-                ],
-                "tables": [],
-            }
-        )
-    return found
+    return table(head, rows, range(2, 8))
 
 
-def joint(folder: Path) -> dict | None:
+def sweep(result: BenchResult) -> Stage:
+    """The sweep of a test and the parabola through it."""
+    stage, curve = result.stage, result.curve
+    equation = " ".join(f"{c:+.5g}{t}" for c, t in zip(curve.coefficients, ("", " a", " a²"), strict=True))
+    return Stage(
+        kind=stage.rig,
+        heading=f"{stage.rig}: {words(stage.parameter)[0]} {stage.symbol}",
+        words=[f"Fit to the level means: {words(stage.observable)[0]} = {equation}, R² = {curve.r2:.4f}."],
+        pictures=[
+            picture(
+                figures.sweep(result),
+                f"{stage.rig}: level means, fitted parabola with its band, measurement and root",
+                "Points: mean over seeds with two standard errors. Line: parabola with its 95 % band. Dashed: the "
+                "measurement; star: where the parabola meets it; shaded: 95 % interval of the parameter.",
+            )
+        ],
+    )
+
+
+def joint(folder: Path) -> Table | None:
     """Each bench test predicted with every calibrated parameter at once."""
     file = folder / "calibration.csv"
     if not file.exists():

@@ -6,22 +6,26 @@ Figures are drawn anew from the answers the commands left there; what is not the
 import json
 from collections.abc import Sequence
 from pathlib import Path
+from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 import pellet_study
-from pellet_study.criticism import figures
+from pellet_study.criticism.facts import model_name
 from pellet_study.errors import InputError
 from pellet_study.output import style
 from pellet_study.output.words import number
 from pellet_study.powder import decisions
-from pellet_study.report import bench
-from pellet_study.report.criticism import _fails, _fit_words, _ladder, _missing, _model, _next, _verdict
-from pellet_study.report.measured import _counts, _measured
-from pellet_study.report.parts import table
+from pellet_study.report import criticism
+from pellet_study.report.bench import bench_stages, joint
+from pellet_study.report.measured import counts, measured
+from pellet_study.report.parts import Stage, Table, table
+from pellet_study.report.powder import measured_angle, powder_stages
 from pellet_study.study import history
 from pellet_study.study.load import load
 from pellet_study.study.study import Study
+
+Answer = dict[str, Any]  # the JSON that a command left
 
 FILE = "report.html"
 SECTIONS = (
@@ -36,50 +40,34 @@ SECTIONS = (
 )
 
 
-def write(folder: Path) -> Path:
-    """Write the page of a study; returns its absolute path.
+def write(folder: Path, library: Path | None = None) -> Path:
+    """Write the page of a study, loaded with a library if one is given; returns its absolute path.
 
     Raises
     ------
     InputError : no study, or a file in it is not what a command wrote
     """
     file = Path(folder) / FILE
-    text = page(Path(folder))
+    text = page(Path(folder), library)
     temporary = file.with_suffix(".new")
     temporary.write_text(text, encoding="utf-8")
     temporary.replace(file)
     return file.resolve()
 
 
-def page(folder: Path) -> str:
-    """The page as text."""
-    study = load(folder)
+def page(folder: Path, library: Path | None = None) -> str:
+    """The page as text.
+
+    Raises
+    ------
+    InputError : no study, or a file in it is not what a command wrote
+    """
+    study = load(folder, library)
     compared = _answer(folder, "compare")
-    refined = _answer(folder, "refine")
-    diagnoses = _diagnoses(refined, _answer(folder, "diagnose"))
+    diagnoses = _diagnoses(_answer(folder, "refine"), _answer(folder, "diagnose"))
     steps = _whole(folder, history.read_history(folder))
     try:
-        done = bench.stages(study, folder)
-        told = {
-            "title": study.title,
-            "place": folder.as_posix(),
-            "rigs": study.rigs,
-            "counts": _counts(study),
-            "sections": SECTIONS,
-            "short": _short(compared, diagnoses, steps, done),
-            "notes": _notes(study, compared),
-            "measured": _measured(study, folder),
-            "model": _model(compared),
-            "joint": bench.joint(folder),
-            "fails": _fails(compared, steps, diagnoses),
-            "missing": [_missing(study, d) for d in diagnoses],
-            "ladder": _ladder(steps),
-            "next": _next(diagnoses),
-            "nothing_next": "No further measurement is proposed: nothing has to be told apart.",
-            "stages": done,
-            "repeat": _repeat(folder),
-            "version": pellet_study.__version__,
-        }
+        content = _content(study, folder, compared, diagnoses, steps)
     except (KeyError, TypeError, AttributeError, IndexError) as error:
         raise InputError(
             f"{folder}: a result there is not what this version writes ({type(error).__name__}: {error}); "
@@ -92,10 +80,38 @@ def page(folder: Path) -> str:
         trim_blocks=True,
         lstrip_blocks=True,
     )
-    return environment.get_template(FILE).render(told)
+    return environment.get_template(FILE).render(content)
 
 
-def _answer(folder: Path, name: str) -> dict | None:
+def _content(
+    study: Study, folder: Path, compared: Answer | None, diagnoses: list[Answer], steps: list[Answer]
+) -> dict[str, Any]:
+    """What the template lays out; None for what is not there yet."""
+    stages = bench_stages(folder) + powder_stages(folder, measured_angle(study))
+    shown = steps or ([compared] if compared else [])
+    return {
+        "title": study.title,
+        "place": folder.as_posix(),
+        "rigs": study.rigs,
+        "counts": counts(study),
+        "sections": SECTIONS,
+        "short": _short(compared, diagnoses, steps, stages),
+        "notes": _notes(study, compared),
+        "measured": measured(study, folder),
+        "model": criticism.model(compared) if compared else None,
+        "joint": joint(folder),
+        "fails": criticism.fails(shown, diagnoses) if shown else None,
+        "missing": [criticism.missing(study, diagnosis) for diagnosis in diagnoses],
+        "ladder": criticism.ladder(steps) if steps else None,
+        "next": criticism.next_measurement(diagnoses),
+        "nothing_next": "No further measurement is proposed: nothing has to be told apart.",
+        "stages": stages,
+        "repeat": _repeat(folder),
+        "version": pellet_study.__version__,
+    }
+
+
+def _answer(folder: Path, name: str) -> Answer | None:
     """What a command left as NAME.json; None where it was not run."""
     file = folder / f"{name}.json"
     if not file.exists():
@@ -109,14 +125,14 @@ def _answer(folder: Path, name: str) -> dict | None:
         raise InputError(f"{file}: is damaged ({error}); run `pellet-study {name}` again") from None
 
 
-def _whole(folder: Path, steps: Sequence[dict]) -> list[dict]:
+def _whole(folder: Path, steps: Sequence[Answer]) -> list[Answer]:
     """The steps of the history, each with its rows."""
     if any("rows" not in step for step in steps):
         raise InputError(f"{folder / history.HISTORY}: was written by an older version; delete it and run refine again")
     return list(steps)
 
 
-def _diagnoses(refined: dict | None, last: dict | None) -> list[dict]:
+def _diagnoses(refined: Answer | None, last: Answer | None) -> list[Answer]:
     """Every diagnosis known: those of `refine`, and the last of `diagnose` if it is of another model."""
     found = list(refined["diagnoses"]) if refined else []
     if last and last["effects"] not in [d["effects"] for d in found]:
@@ -124,31 +140,32 @@ def _diagnoses(refined: dict | None, last: dict | None) -> list[dict]:
     return found
 
 
-def _short(compared, diagnoses, steps, done) -> list[str]:
+def _short(compared: Answer | None, diagnoses: list[Answer], steps: list[Answer], stages: list[Stage]) -> list[str]:
     """The answer in a few sentences."""
-    if not (compared or done):
+    if not (compared or stages):
         return ["Measured, not calibrated yet."]
     found = []
-    if steps and len(steps) > 1:
+    if len(steps) > 1:
         first, last = steps[0], steps[-1]
         found.append(
-            f"The model {figures.model_name(first['effects'])} leaves an rms error of {number(first['rms_error'], 3)} "
-            f"{style.unit_in_words(first['rms_error_unit'])}; {figures.model_name(last['effects'])} leaves "
+            f"The model {model_name(first['effects'])} leaves an rms error of {number(first['rms_error'], 3)} "
+            f"{style.unit_in_words(first['rms_error_unit'])}; {model_name(last['effects'])} leaves "
             f"{number(last['rms_error'], 3)}."
         )
         if last.get("noise_floor"):
             found.append(f"The scatter of the readings alone gives {number(last['noise_floor'], 3)}.")
     elif compared:
-        found.append(f"The model is {figures.model_name(compared['effects'])}. {_fit_words(compared)}")
+        found.append(f"The model is {model_name(compared['effects'])}. {criticism.fit_sentence(compared)}")
     if diagnoses:
-        found.append(_verdict(diagnoses[-1]))
-    if done:
-        found.append(f"Calibrated stage by stage: {', '.join(s['heading'] for s in done if s['pictures'])}.")
-    found += [line for s in done if s["heading"].endswith("validation") for line in s["words"]]
+        found.append(criticism.verdict(diagnoses[-1]))
+    if stages:
+        drawn = ", ".join(stage.heading for stage in stages if stage.pictures)
+        found.append(f"Calibrated stage by stage: {drawn}.")
+    found += [line for stage in stages if stage.kind == "validation" for line in stage.words]
     return found
 
 
-def _notes(study: Study, compared: dict | None) -> list[str]:
+def _notes(study: Study, compared: Answer | None) -> list[str]:
     """What does not belong together: results older than the files they are of."""
     if not compared:
         return []
@@ -160,7 +177,8 @@ def _notes(study: Study, compared: dict | None) -> list[str]:
     return found + compared["warnings"]
 
 
-def _repeat(folder: Path) -> dict:
+def _repeat(folder: Path) -> Table:
+    """Which command made which numbers, and the files they stand in."""
     place = folder.as_posix()
     rows = [
         [what, ", ".join(f for f in files if (folder / f).exists()) or "not there yet", f"pellet-study {command}"]

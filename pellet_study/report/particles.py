@@ -4,7 +4,7 @@ from pathlib import Path
 
 from pellet_study.errors import InputError
 from pellet_study.heap import render
-from pellet_study.report.parts import picture, rendering
+from pellet_study.report.parts import Picture, picture, rendering
 from pellet_study.study.study import Study
 from yade_scripts import heap
 from yade_scripts.particles import SEED_LENGTH_MM, alfalfa_seed
@@ -12,7 +12,7 @@ from yade_scripts.particles import SEED_LENGTH_MM, alfalfa_seed
 BENCH = ("rebound", "slope_slip", "inclined_roll")
 
 
-def particles(study: Study, folder: Path) -> list[dict]:
+def particles(study: Study, folder: Path) -> list[Picture]:
     """Pictures of what was simulated."""
     found = []
     if set(study.rigs) & set(BENCH):

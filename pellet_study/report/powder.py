@@ -3,7 +3,6 @@
 from itertools import combinations
 from math import isclose
 from pathlib import Path
-from typing import Any
 
 import pandas as pd
 
@@ -22,16 +21,27 @@ from pellet_study.powder.decisions import (
     read_decision,
 )
 from pellet_study.powder.figures import climb, heaps
-from pellet_study.powder.plan import NAMES, OBSERVABLE, SYMBOLS, differences
-from pellet_study.powder.tables import surface_of, table_of
+from pellet_study.powder.plan import NAMES, OBSERVABLE, RIG, SYMBOLS, differences
+from pellet_study.powder.tables import errors_of, surface_of, table_of
 from pellet_study.powder.text import curvature, levels, or_unknown, selection
-from pellet_study.report.parts import picture, table
+from pellet_study.report.parts import Stage, Table, picture, table
+from pellet_study.study.study import Study
 
 UNITS = {"G": "J/m²"}
 Measured = tuple[float, float | None] | None  # the angle and its standard deviation, deg
 
 
-def powder_stages(folder: Path, measured: Measured) -> list[dict[str, Any]]:
+def measured_angle(study: Study) -> Measured:
+    """The mean of the study's repose angles and the root of their mean variance (deg), None where none was measured."""
+    angles = [row for row in study.rows if row.rig == RIG and row.observable == OBSERVABLE and row.split == "fit"]
+    if not angles:
+        return None
+    value = sum(row.n * row.value for row in angles) / sum(row.n for row in angles)
+    sds = [row.sd for row in angles if row.sd is not None]
+    return value, (sum(sd**2 for sd in sds) / len(sds)) ** 0.5 if sds else None
+
+
+def powder_stages(folder: Path, measured: Measured) -> list[Stage]:
     """The stages done in a folder, in the source paper's order, each beside the angle it was decided for.
 
     Parameters
@@ -42,7 +52,8 @@ def powder_stages(folder: Path, measured: Measured) -> list[dict[str, Any]]:
     ------
     InputError : a file is not what `calibrate` wrote
     """
-    found, first = [], None
+    found: list[Stage] = []
+    first = None
     for stage, part_of in SHOWN.items():
         if not (folder / stage / "decision.json").exists():
             continue
@@ -54,7 +65,7 @@ def powder_stages(folder: Path, measured: Measured) -> list[dict[str, Any]]:
             if plan and measured and not other and not isclose(plan["target_deg"], measured[0]):
                 other.append(f"target_deg {plan['target_deg']:g} there, {measured[0]:g} in the study now")
             if other:
-                part["words"].append(
+                part.words.append(
                     f"This stage was decided for another plan ({'; '.join(other)}): run `{command(folder)}` again."
                 )
             found.append(part)
@@ -77,17 +88,17 @@ def _good(folder: Path, stage: str) -> tuple[pd.DataFrame, str]:
     return good, words + "."
 
 
-def _screening(folder: Path, measured: Measured) -> dict[str, Any]:
+def _screening(folder: Path, measured: Measured) -> Stage:
     good, words = _good(folder, "screening")
     decision: Screening = read_decision(folder, "screening")
     names = [name for name in SYMBOLS if name in good]
     factors = [Factor(n, float(good[n].min()), float(good[n].max()), UNITS.get(n, "-")) for n in names]
     found = plackett_burman.analyse(table_of(good, factors))
-    return {
-        "kind": "screening",
-        "heading": "Powder: screening",
-        "words": [f"Plackett-Burman with centre points: {words} Effects {selection(decision)}{curvature(decision)}."],
-        "pictures": [
+    return Stage(
+        kind="screening",
+        heading="Powder: screening",
+        words=[f"Plackett-Burman with centre points: {words} Effects {selection(decision)}{curvature(decision)}."],
+        pictures=[
             picture(
                 figures.pareto(found, "deg"),
                 "effects of the factors in order of size",
@@ -100,13 +111,13 @@ def _screening(folder: Path, measured: Measured) -> dict[str, Any]:
                 "What is only scatter lies on a line through the origin; what acts stands to its right.",
             ),
         ],
-        "tables": [_effects(folder, found, factors)],
-    }
+        tables=[_effects(folder, found, factors)],
+    )
 
 
-def _effects(folder: Path, found: plackett_burman.Screening, factors: list[Factor]) -> dict[str, Any]:
+def _effects(folder: Path, found: plackett_burman.Screening, factors: list[Factor]) -> Table:
     """The effects with their 95 % margins; beside the source paper's where `calibrate` left that table."""
-    errors = found.model.standard_errors
+    errors = errors_of(found.model)
     rows = [
         [
             f.name,
@@ -129,27 +140,26 @@ def _effects(folder: Path, found: plackett_burman.Screening, factors: list[Facto
     return table(head, rows, numbers)
 
 
-def _climb(folder: Path, measured: Measured) -> dict[str, Any]:
+def _climb(folder: Path, measured: Measured) -> Stage:
     good, words = _good(folder, "climb")
     decision: Climb = read_decision(folder, "climb")
     centre = ", ".join(f"{name} {value:.4g}" for name, value in decision.centre.items())
     meets = "meets the measured angle" if decision.reached else "comes nearest to the measured angle"
-    return {
-        "kind": "climb",
-        "heading": "Powder: the climb",
-        "words": [f"Along the direction of the screening's effects: {words} The path {meets} near {centre}."],
-        "pictures": [
+    return Stage(
+        kind="climb",
+        heading="Powder: the climb",
+        words=[f"Along the direction of the screening's effects: {words} The path {meets} near {centre}."],
+        pictures=[
             picture(
                 climb(good, decision.factors, measured),
                 "repose angle along the path",
                 "Each point a heap, its error that over the silhouettes; dashed: the measured angle with its scatter.",
             )
         ],
-        "tables": [],
-    }
+    )
 
 
-def _surface(folder: Path, measured: Measured) -> dict[str, Any]:
+def _surface(folder: Path, measured: Measured) -> Stage:
     good, words = _good(folder, "surface")
     decision: Surface = read_decision(folder, "surface")
     found = surface_of(good, decision, UNITS)
@@ -177,13 +187,13 @@ def _surface(folder: Path, measured: Measured) -> dict[str, Any]:
             "Each point a heap of the design.",
         )
     )
-    return {
-        "kind": "surface",
-        "heading": "Powder: the surface and what meets the angle",
-        "words": lines,
-        "pictures": pictures,
-        "tables": [_coefficients(found)],
-    }
+    return Stage(
+        kind="surface",
+        heading="Powder: the surface and what meets the angle",
+        words=lines,
+        pictures=pictures,
+        tables=[_coefficients(found)],
+    )
 
 
 def _meets(folder: Path, target: optimum.TargetSet, angle: float) -> str:
@@ -205,7 +215,7 @@ def _meets(folder: Path, target: optimum.TargetSet, angle: float) -> str:
     )
 
 
-def _coefficients(found: box_behnken.Surface) -> dict[str, Any]:
+def _coefficients(found: box_behnken.Surface) -> Table:
     """The terms of a surface with their standard errors."""
     rows = [
         [term, f"{value:+.4g}", number(found.model.standard_errors.get(term), 2)]
@@ -214,7 +224,7 @@ def _coefficients(found: box_behnken.Surface) -> dict[str, Any]:
     return table(("term, coded", "coefficient (deg)", "standard error (deg)"), rows, (1, 2))
 
 
-def _validation(folder: Path, measured: Measured) -> dict[str, Any]:
+def _validation(folder: Path, measured: Measured) -> Stage:
     d: Validation = read_decision(folder, "validation")
     first, last = d.attempts[0], d.attempts[-1]
     good, words = _good(folder, "validation")
@@ -227,24 +237,23 @@ def _validation(folder: Path, measured: Measured) -> dict[str, Any]:
     if d.nothing_nearer:
         words += " The setting is not corrected, as along the gradient the box has nothing nearer."
     low, high = d.error_interval_percent
-    return {
-        "kind": "validation",
-        "heading": "Powder: validation",
-        "words": [
+    return Stage(
+        kind="validation",
+        heading="Powder: validation",
+        words=[
             f"At the setting found, with seeds nobody has used: {words} Mean {d.mean_deg:.2f} ± "
             f"{d.standard_error_deg:.2f} deg over the {len(good)} heaps there that gave an angle, measured {d.measured_deg:g}: error {d.error_percent:.2f} % "
             f"(95 % {low:+.2f} to {high:+.2f} %); {'equivalent' if d.equivalent else 'not shown equivalent'} within "
             f"{d.margin_deg:g} deg, stated beforehand (two one-sided tests, p {probability(d.p_tost)})."
         ],
-        "pictures": [
+        pictures=[
             picture(
                 heaps(good[OBSERVABLE].to_numpy(), d.mean_deg, d.interval_deg, d.measured_deg, d.margin_deg),
                 "angles of the validation heaps beside the measured one",
                 "Points: one heap each. Blue band: mean with its 95 % interval. Grey: the margin that was stated beforehand.",
             )
         ],
-        "tables": [],
-    }
+    )
 
 
 SHOWN = {"screening": _screening, "climb": _climb, "surface": _surface, "validation": _validation}

@@ -1,8 +1,12 @@
 """Rigs and effects by name, from what their files declare, and complete cases for those that run on YADE.
 
-catalogue, on_yade, closed_form/layer_on_incline, closed_form/shear_cell
+    scripts < declared < catalogue < on_yade, closed_form/layer_on_incline, closed_form/shear_cell
+
+It hands on the package's rigs by name and their cases, and the catalogue that a study adds its own to.
 """
 
+from pellet_study.rigs.catalogue import Catalogue, standard
+from pellet_study.rigs.declared import Acting, Effect, Rig
 from pellet_study.rigs.on_yade import case, rig
 
-__all__ = ["case", "rig"]
+__all__ = ["Acting", "Catalogue", "Effect", "Rig", "case", "rig", "standard"]

@@ -1,6 +1,8 @@
 """A study folder: study.toml, its measurements, effects and rigs of the user's own, and what is remembered of it.
 
-measurements < user_code < study < load, edit, history
+    measurements < checked_code < user_code < study < values < load, edit, history
+
+It hands on what a study is and how one is read.
 """
 
 from pellet_study.study.load import load

@@ -5,7 +5,7 @@ import logging
 import os
 import re
 import tomllib
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 
@@ -75,7 +75,7 @@ def _toml(setting: Setting) -> str:
     return f"{{ value = {float(f'{setting.value:.6g}')!r}, min = {setting.low!r}, max = {setting.high!r} }}"
 
 
-def _replace(file: Path, lines: list[str], right) -> None:
+def _replace(file: Path, lines: list[str], right: Callable[[dict], bool]) -> None:
     """Write study.toml anew, whole or not at all, after checking that it says what it should."""
     text = "\n".join(lines) + "\n"
     try:

@@ -120,7 +120,7 @@ class _Rows:
             self.cases[key] = self._case(where, dict(zip(self.header, cells, strict=True)))
         rig, observable, conditions, known = self.cases[key]
         value, sd, n, setup, setup_sd, split, note = (
-            "" if self.place[name] is None else cells[self.place[name]] for name in COLUMNS[2:]
+            "" if (place := self.place[name]) is None else cells[place] for name in COLUMNS[2:]
         )
         count = _number(where, "n", n, 1, decimal=self.decimal) if n else 1.0
         if count != int(count):

@@ -5,7 +5,8 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from pellet_study.errors import InputError
-from pellet_study.rigs.catalogue import Catalogue, Effect
+from pellet_study.rigs.catalogue import Catalogue
+from pellet_study.rigs.declared import Effect
 from pellet_study.study.measurements import Measurement
 
 SCALINGS = {"bond_number": 2.0, "none": 0.0}  # exponent of the amplification in the surface energy
@@ -13,7 +14,8 @@ BELONGS_TO = {
     "powder_rolling_friction": "rolling_resistance",
     "powder_steel_rolling_friction": "rolling_resistance",
     "powder_surface_energy": "cohesion",
-}  # parameters that mean nothing without their effect, in the rigs that have that effect
+}  # parameters that mean nothing without their effect; a rig's declaration says so in words only (`meaning`), and a key for it
+# in yade_scripts/repose.py would change the fingerprint of that rig, which makes every stored heap void
 
 
 @dataclass(frozen=True)
@@ -36,7 +38,8 @@ class Study:
 
     `parameters` holds those named in [parameters]; `effects` those present, each with a Setting for every parameter;
     `candidates` is None where any effect that acts in the rigs may be considered; `possible` maps a rig to
-    {condition: (min, max)} of what could be measured next; `effort` multiplies the number of simulations.
+    {condition: (min, max)} of what could be measured next; `effort` multiplies the number of simulations; `library` is
+    the folder of shared effects and rigs that it was loaded with.
     """
 
     title: str
@@ -50,6 +53,7 @@ class Study:
     surface_energy_scaling: str = "bond_number"
     effort: float = 1.0
     folder: Path | None = None
+    library: Path | None = None
 
     @property
     def rigs(self) -> tuple[str, ...]:

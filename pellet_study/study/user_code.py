@@ -1,230 +1,179 @@
-"""A study's own rigs and effects: files loaded, declarations checked, and their mistakes told with file and line."""
+"""Rigs and effects of the user's own, of a study or of a library: files loaded, named when they are, and checked."""
 
 import importlib.util
 import logging
-import traceback
-from collections.abc import Callable, Mapping, Sequence
-from dataclasses import replace
-from difflib import get_close_matches
-from functools import wraps
+from collections.abc import Callable, Iterable, Mapping
+from dataclasses import dataclass, replace
 from importlib.machinery import SourceFileLoader
 from pathlib import Path
+from types import ModuleType
+from typing import Any, TypeVar
 
-import numpy as np
+from pellet_study.errors import InputError
+from pellet_study.output.words import did_you_mean, nearest
+from pellet_study.rigs.catalogue import Catalogue, declaring, standard
+from pellet_study.rigs.declared import Effect, Rig, effect_from, rig_from
+from pellet_study.rigs.scripts import scene
+from pellet_study.study.checked_code import checked_acts, checked_rig
 
-from pellet_study.errors import InputError, StudyError
-from pellet_study.output.words import nearest
-from pellet_study.rigs import on_yade
-from pellet_study.rigs.catalogue import (
-    Acting,
-    Catalogue,
-    Effect,
-    Rig,
-    declaring,
-    effect_from,
-    rig_from,
-    standard,
-)
-from pellet_study.study.measurements import Measurement
-
-INERT = 1e-6  # relative change of a prediction by an effect at `absent`: what a rig's solver leaves
 log = logging.getLogger(__name__)
+Declared = TypeVar("Declared", Rig, Effect)
 
 
-def of_study(folder: Path) -> Catalogue:
-    """The package's rigs and effects and those of a study's `rigs/` and `effects/`.
+@dataclass(frozen=True)
+class Own:
+    """What the files of a folder declare, by file."""
 
-    Raises
-    ------
-    InputError : a file cannot be run, its declaration cannot be used, or an effect would not act where it says
-    """
-    base = standard()
-    own = [_declared(rig_from, file) for file in declaring(folder / "rigs", "RIG")]
-    effects = [_declared(effect_from, file, own=file) for file in declaring(folder / "effects", "EFFECT")]
-    known = {**base.rigs, **{rig.name: rig if rig.predict is None else _careful_rig(rig) for rig in own}}
-    for effect in effects:
-        _refuse_idle(effect, known)
-    careful = {effect.name: replace(effect, closed_form=_careful_acts(effect, base.rigs)) for effect in effects}
-    everything = {**base.effects, **careful}
-    return Catalogue(known, dict(sorted(everything.items(), key=lambda item: item[1].order)))
+    rigs: Mapping[Path, Rig]
+    effects: Mapping[Path, Effect]
 
 
-def try_out(catalogue: Catalogue, rows: Sequence[Measurement], settings: Mapping[str, float]) -> None:
-    """Ask closed forms that the study's own code has a part in for its rows, without effects and with each at `absent`.
+def catalogue_of(folder: Path, library: Path | None = None) -> Catalogue:
+    """The package's rigs and effects and those in `rigs/` and `effects/` of a study, and of a library if one is given.
 
     Raises
     ------
-    InputError : a prediction fails, or an effect at `absent` changes it
+    InputError : a file cannot be run, its declaration cannot be used, an effect would not act where it says, or a study
+        and its library declare the same name
     """
-    for name in dict.fromkeys(row.rig for row in rows):
-        rig, here = catalogue.rigs[name], [row for row in rows if row.rig == name]
-        effects = [effect for effect in catalogue.effects.values() if effect.own and name in effect.closed_form]
-        if rig.predict is None or (rig is standard().rigs.get(name) and not effects):
-            continue
-        shape = (2, len(here))  # two points: an answer in a wrong shape is seen
-        parameters = {p: np.full((2, 1), settings.get(p, known["default"])) for p, known in rig.parameters.items()}
-        conditions = {c: np.array([row.conditions[c] for row in here]) for c in rig.conditions}
-        conditions["median_normal_stress_pa"] = 1.0
-        without = rig.predict(parameters, conditions, {})
-        for effect in effects:
-            absent = {p: np.full((2, 1), value) for p, value in effect.neutral().items()}
-            present = rig.predict(parameters, conditions, {effect.name: Acting(effect.closed_form[name], absent)})
-            for observable in rig.observables:
-                before, after = (np.broadcast_to(found[observable], shape)[0] for found in (without, present))
-                worst = int(np.argmax(np.abs(after - before)))
-                if abs(after[worst] - before[worst]) > INERT * np.abs(before).max():
-                    raise InputError(
-                        f"{effect.own}: {effect.name} is not inert where it is absent: with {effect.amount} = "
-                        f"{effect.neutral()[effect.amount]:g} it makes {observable} of {name} {after[worst]:.6g} instead "
-                        f"of {before[worst]:.6g}; at `absent` an effect must change nothing"
-                    )
+    base, study = standard(), _own(folder, "code of the study's own", _refuse_link)
+    shared = Own({}, {}) if library is None else _library(library)
+    _refuse_both("rig", shared.rigs, study.rigs)
+    _refuse_both("effect", shared.effects, study.effects)
+    rigs, effects = {**shared.rigs, **study.rigs}, {**shared.effects, **study.effects}
+    known = {**base.rigs, **{rig.name: rig if rig.on_yade else checked_rig(rig, file) for file, rig in rigs.items()}}
+    for file, effect in effects.items():
+        _refuse_idle(effect, file, known)
+    checked = {e.name: replace(e, closed_form=checked_acts(e, file, base.rigs)) for file, e in effects.items()}
+    everything = dict(sorted({**base.effects, **checked}.items(), key=lambda item: item[1].order))
+    acting = {name: [e for e in everything.values() if e.file and name in e.rigs] for name in known}
+    return Catalogue(
+        {name: rig.with_effects(acting[name]) if rig.on_yade else rig for name, rig in known.items()}, everything
+    )
+
+
+def _own(folder: Path, whose: str, refuse: Callable[[Path], None]) -> Own:
+    """The rigs and effects of a folder, loaded and named."""
+    return Own(
+        {file: _declared(rig_from, file, whose, refuse) for file in declaring(folder / "rigs", "RIG")},
+        {file: _declared(effect_from, file, whose, refuse, file) for file in declaring(folder / "effects", "EFFECT")},
+    )
+
+
+def _library(folder: Path) -> Own:
+    """The rigs and effects of a library, a folder that has them as a study does."""
+
+    def refuse(file: Path) -> None:
+        if not file.resolve().is_relative_to(folder.resolve()):
+            raise InputError(
+                f"{file}: is a link to {file.resolve()}; code of a library is loaded from {folder} only, copy it there"
+            )
+
+    if not folder.is_dir():
+        raise InputError(f"library {folder}: no such folder; expected one with effects/ and rigs/, as a study has them")
+    found = _own(folder, f"code of the library {folder}", refuse)
+    if not found.rigs and not found.effects:
+        raise InputError(
+            f"library {folder}: no file in its effects/ declares an EFFECT, none in its rigs/ a RIG; expected at least one"
+        )
+    return found
+
+
+def _refuse_link(file: Path) -> None:
+    if file.resolve() != file.parents[1].resolve() / file.parent.name / file.name:
+        raise InputError(f"{file}: is a link to {file.resolve()}; code is loaded from the study's folder only, copy it")
+
+
+def _refuse_both(what: str, shared: Mapping[Path, Rig | Effect], study: Mapping[Path, Rig | Effect]) -> None:
+    """Refuse a name that a study and its library both declare: which of them is meant is not known."""
+    of_library = {declared.name: file for file, declared in shared.items()}
+    for file, declared in study.items():
+        if declared.name in of_library:
+            raise InputError(
+                f"{what} {declared.name!r} is declared twice, in {of_library[declared.name]} of the library and in {file} "
+                "of the study; rename one of them, or take it out"
+            )
 
 
 class _NoBytecode(SourceFileLoader):
     """Leaves no __pycache__ in a study."""
 
-    def set_data(self, path, data, *, _mode=0o666):
+    def set_data(self, path: str, data: Any, *, _mode: int = 0o666) -> None:
         """Not kept."""
 
 
-def _load(file: Path):
-    """A file of the study's own, run as Python; it is named before, and must lie in the study itself."""
-    if file.resolve() != file.parents[1].resolve() / file.parent.name / file.name:
-        raise InputError(f"{file}: is a link to {file.resolve()}; code is loaded from the study's folder only, copy it")
-    log.info("running %s, code of the study's own", file)
+def _load(file: Path) -> ModuleType:
+    """A file of the user's own, run as Python."""
     name = f"{file.parent.name}_{file.stem}"
-    spec = importlib.util.spec_from_file_location(name, file, loader=_NoBytecode(name, str(file)))
+    loader = _NoBytecode(name, str(file))
+    spec = importlib.util.spec_from_loader(name, loader)
+    assert spec is not None
     module = importlib.util.module_from_spec(spec)
     try:
-        spec.loader.exec_module(module)
+        loader.exec_module(module)
     except (Exception, SystemExit) as error:
         raise InputError(f"{file}: cannot be read as a rig or an effect: {type(error).__name__}: {error}") from error
     return module
 
 
-def _declared(by: Callable, file: Path, **more):
-    """What a file of the study's own declares; a mistake in it is named."""
+def _declared(
+    by: Callable[..., Declared], file: Path, whose: str, refuse: Callable[[Path], None], *more: Path
+) -> Declared:
+    """What a file of the user's own declares; it is named before it is run, and so is a mistake in its declaration."""
+    refuse(file)
+    log.info("running %s, %s", file, whose)
     try:
-        return by(_load(file), file, **more)
+        return by(_load(file), file, *more)
     except (AttributeError, KeyError, TypeError, ValueError) as error:
         raise InputError(f"{file}: its declaration cannot be used: {type(error).__name__}: {error}") from error
 
 
-def _refuse_idle(effect: Effect, known: Mapping[str, Rig]) -> None:
+def _refuse_idle(effect: Effect, file: Path, known: Mapping[str, Rig]) -> None:
     """Refuse an effect that would silently do nothing in a rig it names."""
     if not isinstance(effect.rigs, Mapping):
-        raise InputError(f"{effect.own}: rigs: expected {{rig: where the effect shows in it}}, got {effect.rigs!r}")
+        raise InputError(f"{file}: rigs: expected {{rig: where the effect shows in it}}, got {effect.rigs!r}")
     strange = [name for name in effect.rigs if name not in known]
     for name in strange:  # a file may be shared with a study that has a rig of its own
-        if len(strange) == len(effect.rigs) or get_close_matches(name, known):
-            raise InputError(f"{effect.own}: rigs: rig {name!r} is unknown{nearest(name, known)}")
-    formulas = [name for name, rig in known.items() if rig.predict is not None]
+        if len(strange) == len(effect.rigs) or did_you_mean(name, known):
+            raise InputError(f"{file}: rigs: rig {name!r} is unknown{nearest(name, known)}")
+    formulas = [name for name, rig in known.items() if not rig.on_yade]
     for name in effect.closed_form:
         if name not in formulas and name not in strange:
-            raise InputError(f"{effect.own}: CLOSED_FORM: {name!r} is no closed-form rig{nearest(name, formulas)}")
+            raise InputError(f"{file}: CLOSED_FORM: {name!r} is no closed-form rig{nearest(name, formulas)}")
     for name in set(effect.rigs) - set(strange):
         if name in formulas and name not in effect.closed_form:
             raise InputError(
-                f"{effect.own}: rigs names {name}, a closed-form rig, but CLOSED_FORM does not say what happens there; "
+                f"{file}: rigs names {name}, a closed-form rig, but CLOSED_FORM does not say what happens there; "
                 f'add CLOSED_FORM = {{"{name}": act}}, or take {name} out of rigs'
             )
-    if there := [name for name in effect.parameters_in if name in known and known[name].predict is None]:
+    if there := [name for name in effect.parameters_in if name in known and known[name].on_yade]:
         raise InputError(
-            f"{effect.own}: parameters_in names {', '.join(there)}, which runs on YADE, where an effect of your own has "
+            f"{file}: parameters_in names {', '.join(there)}, which runs on YADE, where an effect of your own has "
             "one set of parameters; make one file for each of its quantities"
         )
-    asked = {name: on_yade.scene(known[name].file) for name in effect.rigs if name in known and name not in formulas}
-    if None in asked.values():
+    on_yade = [name for name in effect.rigs if name in known and known[name].on_yade]
+    _refuse_no_place(effect, file, {name: scene(known[name].script) for name in on_yade}, strange)
+
+
+def _refuse_no_place(
+    effect: Effect, file: Path, asked: Mapping[str, tuple[str, set[str]] | None], strange: Iterable[str]
+) -> None:
+    """Refuse an effect without a place in the scene of a rig on YADE it names, or with one that no such rig asks."""
+    scenes = {name: found for name, found in asked.items() if found is not None}
+    if len(scenes) < len(asked):
         return  # a rig with a scene of its own making, which may use the effect in any way
-    for scene, given in effect.scenes.items():
-        places = set().union(*(some for of_rig, some in asked.values() if of_rig == scene))
+    for kind, given in effect.scenes.items():
+        places: set[str] = set().union(*(some for of_rig, some in scenes.values() if of_rig == kind))
         if not places and strange:
             continue
         if not places:
-            raise InputError(f"{effect.own}: {scene} acts in none of the rigs it names ({', '.join(effect.rigs)})")
+            raise InputError(f"{file}: {kind} acts in none of the rigs it names ({', '.join(effect.rigs)})")
         for place in given:
             if place not in places:
-                raise InputError(f"{effect.own}: {scene}: place {place!r} is unknown{nearest(place, places)}")
-    for name, (scene, places) in asked.items():
-        if not places & set(effect.scenes.get(scene, ())):
+                raise InputError(f"{file}: {kind}: place {place!r} is unknown{nearest(place, places)}")
+    for name, (kind, places) in scenes.items():
+        if not places & set(effect.scenes.get(kind, ())):
             raise InputError(
-                f"{effect.own}: rigs names {name}, which runs on YADE, but no {scene} says what happens there; add "
-                f"{scene} = {{place: function}} with a place of {', '.join(sorted(places))}, or take {name} out of rigs"
+                f"{file}: rigs names {name}, which runs on YADE, but no {kind} says what happens there; add "
+                f"{kind} = {{place: function}} with a place of {', '.join(sorted(places))}, or take {name} out of rigs"
             )
-
-
-def _careful_rig(rig: Rig) -> Rig:
-    """A closed-form rig whose mistakes are told: what is raised, names, shapes, numbers that are none."""
-
-    def predict(parameters, conditions, effects):
-        found = _called(rig.predict, rig.file, parameters, conditions, effects)
-        if not isinstance(found, Mapping) or set(rig.observables) - set(found):
-            given = ", ".join(map(str, found)) if isinstance(found, Mapping) else type(found).__name__
-            raise InputError(
-                f"{rig.file}: predict returned {given or 'nothing'}; expected a dictionary with {', '.join(rig.observables)}"
-            )
-        values = {f"{e}.{p}": v for e, (_, of_effect) in effects.items() for p, v in of_effect.items()}
-        given = {**parameters, **conditions, **values}
-        return {o: _checked(found[o], f"{rig.file}: predict: {o}", given) for o in rig.observables}
-
-    def normal_stress(conditions, values):
-        return _called(rig.normal_stress, rig.file, conditions, values)
-
-    return replace(rig, predict=predict, normal_stress=rig.normal_stress and normal_stress)
-
-
-def _careful_acts(effect: Effect, package: Mapping[str, Rig]) -> dict[str, Callable]:
-    """What an effect does in closed forms, its mistakes told; in the package's rigs also shapes and what is no number."""
-
-    def careful(act: Callable, rig: str) -> Callable:
-        @wraps(act)
-        def called(*given):
-            found = _called(act, effect.own, *given)
-            if rig not in package:
-                return found
-            shear, normal, conditions, values = given
-            stresses = {"shear stress": shear, "normal stress": normal}
-            return _checked(found, f"{effect.own}: {_name(act)}", {**stresses, **conditions, **values})
-
-        return called
-
-    return {rig: careful(act, rig) for rig, act in effect.closed_form.items()}
-
-
-def _name(function: Callable) -> str:
-    return getattr(function, "__name__", "act")
-
-
-def _called(function: Callable, file: Path, *given):
-    """What a function of a study's own answers; InputError with file and line where it raises."""
-    try:
-        with np.errstate(all="ignore"):  # what is no number is told by `_checked`
-            return function(*given)
-    except StudyError:
-        raise
-    except Exception as error:
-        frames = traceback.extract_tb(error.__traceback__)
-        lines = [frame.lineno for frame in frames if Path(frame.filename).resolve() == file.resolve()]
-        place = f"line {lines[-1]}: " if lines else ""
-        names = [name for one in given if isinstance(one, Mapping) for name in one]
-        hint = nearest(error.args[0], names) if isinstance(error, KeyError) and error.args else ""
-        raise InputError(f"{file}: {place}{_name(function)} failed: {type(error).__name__}: {error}{hint}") from error
-
-
-def _checked(found, what: str, given: Mapping) -> np.ndarray:
-    """An array of numbers, none of them NaN, of the shape that what was given has together, or InputError."""
-    shape = np.broadcast_shapes(*(np.shape(value) for value in given.values()))
-    kind = type(found).__name__
-    try:
-        array = np.asarray(found, dtype=float if found is not None else object)
-        kind = f"an array of shape {array.shape}" if array.shape else f"a single {kind}"
-        everywhere = np.broadcast_to(array, shape)
-    except (TypeError, ValueError):
-        everywhere = None
-    if everywhere is None or array.dtype == object or (shape and not array.shape):
-        raise InputError(f"{what}: expected an array of shape {shape}, a number for each case, got {kind}")
-    if np.isnan(everywhere).any():
-        where = tuple(np.argwhere(np.isnan(everywhere))[0])
-        at = ", ".join(f"{name} {np.broadcast_to(value, shape)[where]:.4g}" for name, value in given.items())
-        raise InputError(f"{what}: is not a number at {at}; it must be one everywhere between min and max")
-    return array

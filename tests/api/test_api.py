@@ -169,3 +169,14 @@ def test_importing_the_package_loads_nothing_heavy_and_every_name_is_there():
     subprocess.run([sys.executable, "-c", code], check=True)
     with pytest.raises(AttributeError, match="no attribute 'refne'"):
         ps.refne  # noqa: B018
+
+
+def test_no_name_of_the_package_is_hidden_by_a_room_once_that_is_loaded():
+    code = (
+        "import importlib, pkgutil, pellet_study as ps\n"
+        "for found in pkgutil.iter_modules(ps.__path__):\n"
+        "    importlib.import_module(f'pellet_study.{found.name}') if found.name != '__main__' else None\n"
+        "modules = [name for name in ps.__all__ if type(getattr(ps, name)).__name__ == 'module']\n"
+        "assert modules == ['doe'], modules\n"
+    )
+    subprocess.run([sys.executable, "-c", code], check=True)

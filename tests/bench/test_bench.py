@@ -7,8 +7,13 @@ import numpy as np
 import pytest
 
 from pellet_study.__main__ import main
-from pellet_study.bench import chain, parabola
+from pellet_study.bench.chain import calibrate
+from pellet_study.bench.parabola import fit_parabola
+from pellet_study.bench.readings import Reading
+from pellet_study.bench.seeds import Mean, Seeds, mean_over_seeds
 from pellet_study.paper import printed as paper
+
+pytestmark = pytest.mark.yade
 
 
 @pytest.mark.parametrize(
@@ -17,23 +22,23 @@ from pellet_study.paper import printed as paper
 )
 def test_the_papers_coefficients_come_out_to_every_printed_digit(table, printed):
     rows = paper.table(table)
-    curve = parabola.fit(rows.iloc[:, 1], rows.iloc[:, 2])
+    curve = fit_parabola(rows.iloc[:, 1], rows.iloc[:, 2])
     assert tuple(f"{c:.5f}" for c in curve.coefficients) == printed
 
 
 def test_the_papers_r2_and_root():
     rows = paper.table(3)
-    curve = parabola.fit(rows["a1"], rows["b1"])
+    curve = fit_parabola(rows["a1"], rows["b1"])
     assert f"{curve.r2:.5f}" == "0.98904"
     assert f"{curve.root(8.01):.3f}" == "0.246"
 
 
 def test_the_root_inside_the_sweep_is_taken_and_none_where_there_is_none():
     x = np.linspace(0, 3, 7)
-    falling = parabola.fit(x, (x - 4) ** 2)  # meets 4 at 2 and at 6, of which only 2 lies in the sweep
+    falling = fit_parabola(x, (x - 4) ** 2)  # meets 4 at 2 and at 6, of which only 2 lies in the sweep
     assert falling.root(4.0) == pytest.approx(2.0)
     assert falling.root(20.0) is None
-    bent = parabola.fit(x, (x - 1) ** 2)  # meets 0.25 at 0.5 and 1.5; the sweep rises from 1 to 4
+    bent = fit_parabola(x, (x - 1) ** 2)  # meets 0.25 at 0.5 and 1.5; the sweep rises from 1 to 4
     assert bent.root(0.25) == pytest.approx(1.5)
 
 
@@ -44,7 +49,7 @@ def test_the_interval_holds_the_truth_as_often_as_it_says():
     curve = lambda a: 1 + 20 * a + 40 * a * a  # noqa: E731
     held = 0
     for _ in range(2000):
-        fit = parabola.fit(x, curve(x) + random.normal(0, sd, 6))
+        fit = fit_parabola(x, curve(x) + random.normal(0, sd, 6))
         low, high = fit.interval(curve(truth))
         held += low <= truth <= high
     assert abs(held / 2000 - 0.95) < 3 * np.sqrt(0.95 * 0.05 / 2000) + 0.005
@@ -54,7 +59,7 @@ def test_the_standard_error_comes_from_whole_blocks():
     """64 values that fill a range evenly have a mean far sharper than independent draws would."""
     shifts = (-0.01, 0.01, 0.0, 0.02, -0.02, 0.015, -0.015, 0.0)
     blocks = [np.linspace(0, 1, 64) + shift for shift in shifts]
-    mean = chain.mean_over_seeds(np.concatenate(blocks))
+    mean = mean_over_seeds(np.concatenate(blocks))
     assert mean.value == pytest.approx(0.5)
     assert mean.standard_error == pytest.approx(np.std(shifts, ddof=1) / np.sqrt(8))
 
@@ -89,7 +94,9 @@ def test_results_are_files_that_a_second_call_leaves_as_they_are(study, monkeypa
     assert len(runs) == 1 + 6 * 4 + 4 + 4  # a sweep of six levels, verification, joint prediction
     assert runs[1:] == sorted(runs[1:])
     before = {file: file.read_bytes() for file in files}
-    monkeypatch.setattr("pellet_study.simulate.local.subprocess.Popen", lambda *a, **k: pytest.fail("simulated again"))
+    monkeypatch.setattr(
+        "pellet_study.simulation.local.subprocess.Popen", lambda *a, **k: pytest.fail("simulated again")
+    )
     assert main(["bench", str(study), "--effort", "0.25"]) == 0
     assert {file: file.read_bytes() for file in files} == before
 
@@ -116,19 +123,19 @@ def test_rows_at_several_settings_are_refused(tmp_path, capsys):
 def test_a_stage_without_a_reading_takes_its_parameter_from_the_study(monkeypatch, tmp_path):
     asked = []
 
-    def remember(self, stage, reading, settings, seeds, first):
+    def remember(self, stage, reading, settings, number, first):
         asked.extend(settings)
-        return [chain.Mean(100 - 40 * k, 0.1, 4, 0) for k in range(len(settings))]
+        return [Mean(100 - 40 * k, 0.1, 4, 0) for k in range(len(settings))]
 
-    monkeypatch.setattr(chain.Bench, "means", remember)  # a stand-in: only what is asked for is looked at
+    monkeypatch.setattr(Seeds, "means", remember)  # a stand-in: only what is asked for is looked at
     known = {"seed_powder_static_friction": 0.5, "seed_powder_restitution": 0.4, "internal_friction": 0.3}
-    chain.Bench("hertz_mindlin", known, tmp_path).run({"inclined_roll": chain.Reading(50.0, None, 1, {})})
+    calibrate(Seeds("hertz_mindlin", known, tmp_path), {"inclined_roll": Reading(50.0, None, 1, {})})
     assert all(s["seed_powder_static_friction"] == 0.5 and s["seed_powder_restitution"] == 0.4 for s in asked)
 
 
 def test_a_smooth_tilted_plate_takes_no_tangential_speed(tmp_path):
     from pellet_study.rigs import on_yade
-    from pellet_study.simulate import dispatch
+    from pellet_study.simulation import dispatch
 
     tilted = [on_yade.case("rebound", seed=k, conditions={"plate_tilt_deg": 30.0}) for k in range(6)]
     rows = dispatch.run(tilted, tmp_path / ".store", quiet=True)
@@ -145,7 +152,7 @@ def test_the_rebound_falls_when_friction_and_rolling_friction_are_on(tmp_path):
     """The paper says they do not matter; for a seed that is no sphere they do (energy goes into friction)."""
     from pellet_study.bench import sensitivity
 
-    means = sensitivity._means(
+    means = sensitivity.means(
         [("rebound", sensitivity.CALIBRATED | change, {}, {}, 64) for change in (sensitivity.NO_FRICTION, {})],
         tmp_path / ".store",
         quiet=True,

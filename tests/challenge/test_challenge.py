@@ -16,7 +16,7 @@ def test_strength_is_what_it_says():
 def test_twin_drag_against_its_differential_equation():
     from scipy.integrate import solve_ivp
 
-    from pellet_study.rigs.catalogue import Acting
+    from pellet_study.rigs.declared import Acting
 
     d, height, cd = 2e-3, 0.3, 0.8
     c = 0.75 * twins.AIR * cd / (twins.SEED * d)

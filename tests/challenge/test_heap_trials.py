@@ -9,9 +9,9 @@ import pytest
 from pellet_study.challenge import resume, sealed
 from pellet_study.challenge.heaps import HEAPS
 from pellet_study.model.model import Model
-from pellet_study.model.surrogate import Simulated
+from pellet_study.model.surrogate import Surrogate
 from pellet_study.rigs import on_yade
-from pellet_study.simulate import dispatch, yade
+from pellet_study.simulation import dispatch, yade
 from pellet_study.study.load import load
 from tests import ROOT
 
@@ -77,7 +77,7 @@ def test_a_surface_of_heaps_knows_cohesion_by_its_surface_energy(tmp_path):
         f"{header},powder_steel_rolling_friction\nrepose,repose_angle_deg,20,1,4,420,11.9,16,30,0.3\n", encoding="utf-8"
     )
     study = load(tmp_path)
-    model = Model(study, engines={"repose": Simulated(study, tmp_path / ".store", workers=1, quiet=True)})
+    model = Model(study, engines={"repose": Surrogate(study, tmp_path / ".store", workers=1, quiet=True)})
     sticky = model.base.copy()
     sticky[model.column["cohesion.surface_energy_j_m2"]] = 0.4
     found, direct = model.predict(np.array([model.base, sticky])), model.directly(sticky)

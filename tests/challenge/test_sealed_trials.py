@@ -12,7 +12,7 @@ import pytest
 from pellet_study.challenge import sealed
 from pellet_study.challenge.demonstration import Demonstration
 from pellet_study.challenge.seeds import BENCH
-from pellet_study.simulate import dispatch, yade
+from pellet_study.simulation import dispatch, yade
 from pellet_study.study.load import load
 from tests import ROOT
 

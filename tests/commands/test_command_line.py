@@ -38,11 +38,15 @@ def test_a_study_that_is_not_there_is_named(tmp_path, capsys):
     assert "nowhere" in capsys.readouterr().err
 
 
+@pytest.mark.yade
 def test_doctor_names_yade_and_passes_its_law_checks(tmp_path):
     file = tmp_path / "doctor.json"
     assert main(["doctor", "--json", str(file)]) == 0
     answer = json.loads(file.read_text())
     assert answer["ok"] is True and answer["version"] and answer["yade"].startswith("/")
+    known = {"2023.02a": 0, "2025.2.0": 2}
+    assert len(answer["lacks"]) == known.get(answer["version"], len(answer["lacks"]))
+    assert all("times the time of a step" in cost for cost in answer["lacks"].values())
 
 
 def test_a_reader_that_stops_early_meets_no_traceback():

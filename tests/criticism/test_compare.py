@@ -12,7 +12,7 @@ from pellet_study.criticism.compare import compare
 from pellet_study.criticism.scatter import pooled_sd
 from pellet_study.criticism.score_tests import exceedance, largest_null, standardised
 from pellet_study.criticism.text import comparison_page
-from pellet_study.rigs import catalogue
+from pellet_study.rigs import Acting, catalogue
 from pellet_study.rigs.closed_form import layer_on_incline
 from pellet_study.study.load import load
 from tests.helpers.make_study import STRESSES_PA, command, folder, incline, slip_angle_deg
@@ -33,9 +33,7 @@ KEYS = {
 def test_incline_against_the_explicit_solution(c):
     effect = catalogue.standard().effects["cohesion"]
     conditions = {"layer_height_mm": np.array([10.0, 25.0, 60.0]), "bulk_density_kg_m3": 1400.0}
-    acting = {
-        "cohesion": catalogue.Acting(effect.closed_form["layer_on_incline"], {"cohesive_stress_pa": np.array([[c]])})
-    }
+    acting = {"cohesion": Acting(effect.closed_form["layer_on_incline"], {"cohesive_stress_pa": np.array([[c]])})}
     angle = layer_on_incline.predict({"internal_friction": np.array([[0.4]])}, conditions, acting)["slip_angle_deg"][0]
     assert angle == pytest.approx([slip_angle_deg(h, 0.4, c) for h in (10.0, 25.0, 60.0)], abs=1e-6)
 
@@ -52,9 +50,7 @@ def test_an_effect_absent_is_not_there_and_grows_from_zero(name):
 
         def angles(amount, rig=rig, act=act, conditions=conditions, parameters=parameters):
             values = {**effect.neutral(), effect.amount: np.array([[amount]])}
-            return next(
-                iter(standard.rigs[rig].predict(parameters, conditions, {name: catalogue.Acting(act, values)}).values())
-            )
+            return next(iter(standard.rigs[rig].predict(parameters, conditions, {name: Acting(act, values)}).values()))
 
         bare = next(iter(declared.predict(parameters, conditions, {}).values()))
         assert angles(0.0) == pytest.approx(np.broadcast_to(bare, (1, 2)), rel=1e-9)

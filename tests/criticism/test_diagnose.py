@@ -136,3 +136,23 @@ def test_what_a_constant_at_its_bound_cannot_reach_is_not_taken_as_explained_by_
     assert found.ranking[0].value["k"] == pytest.approx(0.55 / 0.45 - 1, rel=0.15)
     (study / "study.toml").write_text(toml)  # where friction is free to reach them, nothing is missing
     assert diagnose(load(study)).verdict == "adequate"
+
+
+def test_a_fit_that_did_not_end_decides_nothing(tmp_path, monkeypatch, capsys):
+    """Cohesion of 40 Pa, and one round where the fits need several: no effect is named, nothing is added, and it is said."""
+    study = incline(tmp_path, mu=0.9, c=40.0)
+    before = (tmp_path / "study.toml").read_text()
+    monkeypatch.setattr("pellet_study.criticism.least_squares.ROUNDS", 1)
+    status, answer = command("refine", study, json_file=tmp_path / "a.json")
+    assert status == 0 and answer["verdict"] == "undecided" and answer["added"] == [] and answer["tied"] == []
+    assert answer["steps"][0]["fits"] is None
+    assert any("did not end" in warning and "narrow min and max" in warning for warning in answer["warnings"])
+    assert (
+        "ANSWER undecided" in (page := capsys.readouterr().out) and "whether the model fits cannot be said" not in page
+    )
+    assert (tmp_path / "study.toml").read_text() == before
+    assert command("compare", study)[0] == 0
+    assert "whether the model fits cannot be said" in " ".join(capsys.readouterr().out.split())
+    assert command("report", study)[0] == 0
+    monkeypatch.undo()
+    assert command("refine", study, json_file=tmp_path / "a.json")[1]["added"] == ["cohesion"]

@@ -7,11 +7,13 @@ import pandas as pd
 import pytest
 
 from pellet_study.criticism.calibration import covariance, fit_study, reduced_chi2
+from pellet_study.criticism.explanations import TIE, tied
 from pellet_study.criticism.least_squares import fit_many
-from pellet_study.criticism.next_measurement import nearest_case, next_measurement, predicted
-from pellet_study.criticism.rivals import TIE, Rival, _tied, rival_problem
+from pellet_study.criticism.next_measurement import next_measurement
+from pellet_study.criticism.predictions import nearest_case, predictions
+from pellet_study.criticism.rivals import Rival, rival_problem
 from pellet_study.model.model import Case, Model
-from pellet_study.simulate import dispatch
+from pellet_study.simulation import dispatch
 from pellet_study.study.load import load
 
 LENGTHS = (1.5, 1.8, 2.2, 2.6, 3.0)
@@ -100,7 +102,7 @@ def test_the_variance_of_a_simulated_prediction_is_that_of_the_nearest_measured_
     state, rivals = rivals_of(tmp_path)
     case = state.model.cases[1]
     fit = rivals[("adhesion",)]
-    means, variances = predicted(state, [Case(case.rig, case.observable, case.conditions, case.parameters)], [fit])
+    means, variances = predictions(state, [Case(case.rig, case.observable, case.conditions, case.parameters)], [fit])
     moved = []
     for column, low, high in zip(fit.problem.free, fit.problem.low, fit.problem.high, strict=True):
         point = fit.point.copy()
@@ -140,7 +142,7 @@ def test_a_closed_form_beside_a_simulated_rig_keeps_its_uncertainty(tmp_path, as
         state = fit_study(study, Model(study))
         problem = rival_problem(state, ["cohesion"], [{state.model.column["cohesion.cohesive_stress_pa"]: 100.0}])
         (fit,) = fit_many(state.model, state.cells, [problem])
-        means, variances = predicted(
+        means, variances = predictions(
             state, [Case("shear_cell", "shear_stress_pa", {"normal_stress_pa": 100.0}, {})], [fit]
         )
         found.append((means[0, 0], variances[0, 0]))
@@ -154,6 +156,6 @@ def test_a_rival_whose_simulations_scatter_is_tied_farther_off(tmp_path, asked):
     first, second = (Rival(names, fit, True) for names, fit in rivals.items())
     apart = TIE * reduced_chi2(state, first.fit)
     far = replace(second, fit=replace(second.fit, chi2=first.fit.chi2 + 2 * apart))
-    assert _tied(state, [first, far], first) == [first]
+    assert tied(state, [first, far], first) == [first]
     noisy = replace(far, noise=1.5 * apart)
-    assert _tied(state, [first, noisy], first) == [first, noisy]
+    assert tied(state, [first, noisy], first) == [first, noisy]

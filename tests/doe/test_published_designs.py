@@ -13,12 +13,12 @@ from pellet_study.doe.linear_model import columns_of, quadratic_terms
 from pellet_study.doe.published_designs import box_behnken_blocks, box_behnken_matrix, recognise
 from pellet_study.errors import InputError
 
-# Box and Behnken (1960), Table 4: factors, runs without centre points, runs in which a factor is varied
-TABLE_4 = [(3, 12, 8), (4, 24, 12), (5, 40, 16), (6, 48, 24), (7, 56, 24), (9, 120, 40), (10, 160, 64), (11, 176, 80),
+# Box and Behnken (1960): factors, runs without centre points, runs in which a factor is varied
+PUBLISHED = [(3, 12, 8), (4, 24, 12), (5, 40, 16), (6, 48, 24), (7, 56, 24), (9, 120, 40), (10, 160, 64), (11, 176, 80),
            (12, 192, 64), (16, 384, 96)]  # fmt: skip
 
 
-@pytest.mark.parametrize(("n_factors", "runs", "varied"), TABLE_4)
+@pytest.mark.parametrize(("n_factors", "runs", "varied"), PUBLISHED)
 def test_box_behnken_designs_are_those_published(n_factors, runs, varied):
     matrix = box_behnken_matrix(n_factors, 1)[:-1]
     assert len(matrix) == runs and len(np.unique(matrix, axis=0)) == (96 if n_factors == 9 else runs)
@@ -42,7 +42,7 @@ def test_four_and_seven_factors_are_rotatable(n_factors):
     assert np.all((squares**2).sum(axis=0) == 3 * mixed[0]) and len(set(mixed)) == 1
 
 
-# Box and Behnken (1960), Table 4: blocks and runs in each with the centre points printed there
+# Box and Behnken (1960): blocks, and runs in each with their centre points
 @pytest.mark.parametrize(
     ("n_factors", "centre", "n_blocks", "runs"),
     [(4, 3, 3, 9), (5, 6, 2, 23), (6, 6, 2, 27), (7, 6, 2, 31), (9, 10, 5, 26), (9, 10, 10, 13), (10, 10, 2, 85),
@@ -89,7 +89,7 @@ def test_the_fractions_have_resolution_five(n_factors):
     assert np.allclose(columns.T @ columns, len(corners) * np.eye(columns.shape[1]))
 
 
-# Box and Hunter (1957), Table 4: factors, half fraction, blocks, centre points, alpha for orthogonal blocks
+# Box and Hunter (1957): factors, half fraction, blocks, centre points, alpha for orthogonal blocks
 @pytest.mark.parametrize(
     ("n_factors", "fraction", "n_blocks", "centre", "alpha"),
     [(2, False, 2, 6, 1.4142), (3, False, 3, 6, 1.6330), (4, False, 3, 6, 2.0), (5, True, 2, 7, 2.0)],

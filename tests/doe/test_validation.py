@@ -125,6 +125,21 @@ def test_level_and_power_by_simulation():
     assert shown(0.0) == pytest.approx(predicted, abs=0.03)
 
 
+@pytest.mark.parametrize(("cv", "n", "power"), [(0.3, 40, 0.815845), (0.2, 20, 0.834680)])
+def test_power_as_published(cv, n, power):
+    """sampleN.TOST of the R package PowerTOST (exact, by Owen's Q): 2 x 2 crossover, true ratio 0.95, limits 0.8 to 1.25."""
+    error = np.sqrt(2 * np.log(1 + cv**2) / n)
+    assert validation.tost_power(np.log(1.25), error, n - 2, 0.05, np.log(0.95)) == pytest.approx(power, abs=1e-6)
+
+
+@pytest.mark.parametrize(("n", "margin"), [(2, 3.0), (3, 1.5), (4, 1.2)])
+def test_power_of_few_runs_by_simulation(n, margin):
+    x = np.random.default_rng(0).normal(size=(200_000, n))
+    t = {2: 6.313751514675043, 3: 2.9199855803537256, 4: 2.3533634348018264}[n]  # printed tables: t(0.95; n - 1)
+    shown = np.mean(np.abs(x.mean(axis=1)) < margin - t * x.std(axis=1, ddof=1) / np.sqrt(n))
+    assert validation.tost_power(margin, 1 / np.sqrt(n), n - 1) == pytest.approx(shown, abs=0.004)
+
+
 def test_a_large_p_is_never_called_equality():
     few = equivalence(Sample(41.27, 2.0, 3), Sample(41.69, 0.79, 5), 0.8)
     text = equivalence_text(few)

@@ -15,7 +15,7 @@ from pathlib import Path
 
 from tests import ROOT
 
-FAULT_RIGS = ROOT / "tests" / "helpers" / "fault_rigs"
+FAULTY = ROOT / "tests" / "helpers" / "fault_rigs" / "faulty.py"
 PATIENCE_S = 240.0  # on a machine that does other things too
 UNPRIVILEGED = ["setpriv", "--bounding-set=-dac_override,-dac_read_search,-fowner"] if os.geteuid() == 0 else []
 
@@ -76,15 +76,17 @@ def main(store: str, table: str, number: str, pause: str = "", fault: str = "0")
     """The campaign."""
     from pellet_study.bench import report
     from pellet_study.rigs import on_yade
-    from pellet_study.simulate import dispatch
+    from pellet_study.rigs.declared import rig_in
+    from pellet_study.simulation import dispatch
 
     if pause:
-        on_yade.FOLDERS.append(FAULT_RIGS)
+        rig = rig_in(FAULTY)
         settings = {"pause_s": float(pause), "fault": float(fault)}
-        cases = [on_yade.case("faulty", seed=seed, conditions=settings) for seed in range(int(number))]
+        cases = [on_yade.case(rig, seed=seed, conditions=settings) for seed in range(int(number))]
     else:
-        cases = [on_yade.case("rebound", seed=seed) for seed in range(int(number))]
-    report.write_runs([dispatch.run(cases, Path(store))], Path(table))
+        rig = on_yade.rig("rebound")
+        cases = [on_yade.case(rig, seed=seed) for seed in range(int(number))]
+    report.write_runs([dispatch.run(cases, Path(store), rigs={rig.name: rig})], Path(table))
 
 
 if __name__ == "__main__":

@@ -10,8 +10,8 @@ from hypothesis import strategies as st
 
 from pellet_study.errors import InputError
 from pellet_study.rigs import on_yade
-from pellet_study.simulate import dispatch
-from pellet_study.simulate.store import Store, key
+from pellet_study.simulation import dispatch
+from pellet_study.simulation.store import Store, key
 from tests.faults.driver import ROOT, UNPRIVILEGED, command, paragraph, start
 from yade_scripts.case import Table, flat, unsealed
 
@@ -68,7 +68,7 @@ def test_whatever_is_done_to_the_table_no_row_is_altered_unnoticed(filled, data)
         pd.testing.assert_frame_equal(found, same, check_dtype=False)
 
 
-def test_a_store_whose_lines_are_torn_is_completed(tmp_path, capfd):
+def test_a_store_whose_lines_are_torn_is_completed(tmp_path, caplog):
     cases = [on_yade.case("rebound", seed=seed) for seed in range(4)]
     first = dispatch.run(cases, tmp_path)
     table = Store(tmp_path).table(on_yade.rig("rebound"))
@@ -77,7 +77,7 @@ def test_a_store_whose_lines_are_torn_is_completed(tmp_path, capfd):
     one_digit[60] = ord("1") if one_digit[60] != ord("1") else ord("2")
     table.write_bytes(b"".join([lines[0], lines[1], one_digit, b"foreign,1,2\n", lines[4][:-12]]))
     pd.testing.assert_frame_equal(first, dispatch.run(cases, tmp_path))
-    assert "3 damaged or foreign lines" in capfd.readouterr().err
+    assert "3 damaged or foreign lines" in caplog.text
     assert sum(unsealed(line) is not None for line in table.read_bytes().splitlines()) == 4
 
 
@@ -144,6 +144,6 @@ def test_a_store_of_somebody_else_is_named(tmp_path):
 
 def test_another_version_is_another_case(monkeypatch):
     case = on_yade.case("rebound")
-    before = key(case)
-    monkeypatch.setattr("pellet_study.simulate.yade.version", lambda: "2031.01a")
-    assert key(case) != before
+    before = key(case, on_yade.rig("rebound"))
+    monkeypatch.setattr("pellet_study.simulation.yade.version", lambda: "2031.01a")
+    assert key(case, on_yade.rig("rebound")) != before

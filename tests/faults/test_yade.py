@@ -4,24 +4,30 @@ import os
 import time
 from pathlib import Path
 
+import pandas as pd
 import pytest
 
 from pellet_study.errors import SimulationError
 from pellet_study.rigs import on_yade
-from pellet_study.simulate import dispatch, local, yade
-from tests.faults.driver import FAULT_RIGS, command, paragraph, rows, simulating, wait_until
+from pellet_study.rigs.declared import rig_in
+from pellet_study.simulation import dispatch, local, yade
+from tests.faults.driver import FAULTY, command, paragraph, rows, simulating, wait_until
 
 NONE, BAD_ADDRESS, KILLED, KILLED_ONCE, MEMORY, FULL_DISK, HANG_OUTSIDE = 0, 10, 11, 12, 13, 14, 15
 FUNCTOR = "Law2_ScGeom_MindlinPhys_Mindlin"
 
 
-@pytest.fixture
-def faulty(monkeypatch):
-    """Cases of the faulty rig."""
-    monkeypatch.setattr(on_yade, "FOLDERS", [*on_yade.FOLDERS, FAULT_RIGS])
-    on_yade.rig.cache_clear()
-    yield lambda seed, fault=NONE: on_yade.case("faulty", seed=seed, conditions={"fault": fault})
-    on_yade.rig.cache_clear()
+RIG = rig_in(FAULTY)
+
+
+def faulty(seed: int, fault: int = NONE, **conditions: float) -> dict:
+    """A case of the faulty rig."""
+    return on_yade.case(RIG, seed=seed, conditions={"fault": fault, **conditions})
+
+
+def run(cases: list[dict], store: Path, **more) -> pd.DataFrame:
+    """A campaign with the faulty rig."""
+    return dispatch.run(cases, store, rigs={"faulty": RIG}, **more)
 
 
 @pytest.fixture
@@ -73,25 +79,25 @@ def test_a_build_without_a_functor_is_no_outcome_of_the_cases(study, tmp_path):
     assert rows(study / ".store") == 0  # so a complete YADE of the same version finds nothing that is no answer
 
 
-def test_a_bad_address_is_the_outcome_of_its_case_alone(tmp_path, faulty):
-    found = dispatch.run([faulty(1), faulty(2, BAD_ADDRESS), faulty(3)], tmp_path)
+def test_a_bad_address_is_the_outcome_of_its_case_alone(tmp_path):
+    found = run([faulty(1), faulty(2, BAD_ADDRESS), faulty(3)], tmp_path)
     assert found["status"][1].startswith("crashed YADE (SIGSEGV)")
     assert found["answer"][0] == 3 and found["answer"][2] == 9
 
 
-def test_a_hang_that_never_returns_to_python_is_stopped(tmp_path, faulty):
-    found = dispatch.run([faulty(1, HANG_OUTSIDE), faulty(2)], tmp_path)
+def test_a_hang_that_never_returns_to_python_is_stopped(tmp_path):
+    found = run([faulty(1, HANG_OUTSIDE), faulty(2)], tmp_path)
     assert found["status"][0] == "took longer than its time limit of 2 s"
     assert found["answer"][1] == 6
     assert simulating(tmp_path) == []
 
 
-def test_a_case_that_took_too_long_is_tried_again_with_more_time(tmp_path, faulty):
-    slow = on_yade.case("faulty", seed=1, conditions={"pause_s": 4.0})
-    assert dispatch.run([slow], tmp_path)["status"][0] == "took longer than its time limit of 2 s"
-    assert dispatch.run([slow], tmp_path)["status"][0] == "took longer than its time limit of 2 s"
-    assert dispatch.run([slow], tmp_path, time_limit_s=60)["answer"][0] == 3
-    assert dispatch.run([slow], tmp_path)["answer"][0] == 3
+def test_a_case_that_took_too_long_is_tried_again_with_more_time(tmp_path):
+    slow = faulty(1, pause_s=4.0)
+    assert run([slow], tmp_path)["status"][0] == "took longer than its time limit of 2 s"
+    assert run([slow], tmp_path)["status"][0] == "took longer than its time limit of 2 s"
+    assert run([slow], tmp_path, time_limit_s=60)["answer"][0] == 3
+    assert run([slow], tmp_path)["answer"][0] == 3
 
 
 @pytest.mark.parametrize("rig", ["rebound", "slope_slip", "inclined_roll"])
@@ -100,29 +106,29 @@ def test_a_blow_up_is_no_result(tmp_path, rig):
         on_yade.case(rig, contact_law=law, numerics={"time_step_fraction": 5.0})
         for law in ("hertz_mindlin", "cohesive_frictional")
     ]
-    found = dispatch.run(cases, tmp_path)
+    found = run(cases, tmp_path)
     assert (found["status"] != "ok").all(), found["status"].tolist()
     assert found[list(on_yade.rig(rig).observables)].isna().all(axis=None)
 
 
 @pytest.mark.parametrize("fault, word", [(KILLED, "SIGKILL"), (MEMORY, "MemoryError")])
-def test_killed_for_memory_is_no_outcome_of_the_case(tmp_path, faulty, fault, word):
+def test_killed_for_memory_is_no_outcome_of_the_case(tmp_path, fault, word):
     cases = [faulty(1), faulty(2, fault), faulty(3)]
     for _ in range(2):
         with pytest.raises(SimulationError, match=f"1 of .* killed, most likely for want of memory .*{word}"):
-            dispatch.run(cases, tmp_path, time_limit_s=60)
+            run(cases, tmp_path, time_limit_s=60)
         assert rows(tmp_path) == 2
 
 
-def test_killed_once_for_memory_is_tried_again_alone(tmp_path, faulty, monkeypatch):
+def test_killed_once_for_memory_is_tried_again_alone(tmp_path, monkeypatch):
     monkeypatch.setenv("FAULTY_MARK", str(tmp_path / "mark"))
-    found = dispatch.run([faulty(1), faulty(2, KILLED_ONCE), faulty(3)], tmp_path / "store")
+    found = run([faulty(1), faulty(2, KILLED_ONCE), faulty(3)], tmp_path / "store")
     assert list(found["answer"]) == [3, 6, 9]
 
 
-def test_a_system_that_fails_a_case_stops_the_campaign_and_is_no_outcome(tmp_path, faulty):
+def test_a_system_that_fails_a_case_stops_the_campaign_and_is_no_outcome(tmp_path):
     with pytest.raises(SimulationError, match="No space left on device.*call again"):
-        dispatch.run([faulty(1, FULL_DISK), faulty(2, FULL_DISK)], tmp_path, time_limit_s=60)
+        run([faulty(1, FULL_DISK), faulty(2, FULL_DISK)], tmp_path, time_limit_s=60)
     assert rows(tmp_path) == 0 and simulating(tmp_path) == []
 
 
@@ -135,7 +141,7 @@ def test_the_time_limit_is_the_rigs_unless_one_is_given(monkeypatch):
     assert [one._limit_s({"rig": name}) for name in one.rigs] == [5.0, 5.0]
 
 
-def test_a_driver_that_dies_takes_a_hanging_yade_with_it(tmp_path, faulty):
+def test_a_driver_that_dies_takes_a_hanging_yade_with_it(tmp_path):
     from tests.faults.driver import start
 
     driver = start(tmp_path / "store", tmp_path / "table.csv", 2, 0, HANG_OUTSIDE)

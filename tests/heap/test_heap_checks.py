@@ -15,7 +15,7 @@ import heap_liggghts  # noqa: E402
 import repose_checks  # noqa: E402
 
 from pellet_study.rigs import on_yade  # noqa: E402
-from pellet_study.simulate import dispatch  # noqa: E402
+from pellet_study.simulation import dispatch  # noqa: E402
 
 CHECKS = ROOT / "results" / "checks"
 DOC = (ROOT / "docs" / "heap_checks.md").read_text(encoding="utf-8")

@@ -12,16 +12,23 @@ from pellet_study.criticism.calibration import fit_study
 from pellet_study.criticism.diagnose import diagnose
 from pellet_study.criticism.refine import refine
 from pellet_study.errors import SimulationError
-from pellet_study.model import response_surface, surrogate
+from pellet_study.model import sites
+from pellet_study.model.effect_surface import EffectRuns, fitted_effects
 from pellet_study.model.engine import Request
+from pellet_study.model.means import Means
 from pellet_study.model.model import Model
-from pellet_study.model.surrogate import Simulated
+from pellet_study.model.response_surface import LogSurface, pooled
+from pellet_study.model.surrogate import Surrogate
+from pellet_study.model.terms import Link, Range, effect_terms, quadratic_terms
 from pellet_study.rigs import on_yade
-from pellet_study.simulate.local import TOOK_LONGER
+from pellet_study.simulation import dispatch
+from pellet_study.simulation.local import TOOK_LONGER
 from pellet_study.study.edit import write_effect
 from pellet_study.study.load import load
 from pellet_study.study.study import Setting
 from tests.helpers.make_study import command
+
+pytestmark = pytest.mark.yade
 
 FRICTION = "seed_powder_static_friction = { value = 0.6, min = 0.4, max = 0.8 }"
 
@@ -40,17 +47,17 @@ SLIPS = "rig,observable,value,sd,n,seed_length_mm,added_mass_mg\n" + "\n".join(
 
 def test_a_surface_finds_the_coefficients_it_was_made_from():
     rng = np.random.default_rng(1)
-    x = response_surface.spread(200, 2, seed=3)
+    x = sites.spread(200, 2, seed=3)
     true = np.array([1.0, 0.5, -0.3, 0.2, 0.1, -0.15])
-    means = np.exp(response_surface.quadratic(x) @ true) * rng.gamma(100, 1 / 100, 200)
-    surface = response_surface.Surface.fitted(response_surface.quadratic(x), means)
+    means = np.exp(quadratic_terms(x) @ true) * rng.gamma(100, 1 / 100, 200)
+    surface = LogSurface.fitted(quadratic_terms(x), means)
     assert np.abs(surface.coefficients - true).max() < 4 * np.sqrt(np.diag(surface.covariance)).max()
     assert surface.scatter == pytest.approx(0.01, rel=0.35)  # relative variance of a gamma of shape 100
 
 
 def test_an_effect_is_nothing_at_zero_and_goes_on_along_its_tangent():
     x, s = np.zeros((4, 1)), np.zeros((4, 0))
-    terms = response_surface.effect_terms(np.array([0.0, 1.0, 1.0 + 1e-6, 3.0]), s, x)
+    terms = effect_terms(np.array([0.0, 1.0, 1.0 + 1e-6, 3.0]), s, x)
     assert (terms[0] == 0).all()
     slope = (terms[2] - terms[1]) / 1e-6
     assert terms[3] == pytest.approx(terms[1] + 2 * slope, rel=1e-4)
@@ -60,18 +67,18 @@ def test_an_effect_is_nothing_at_zero_and_goes_on_along_its_tangent():
 def test_runs_with_the_same_seeds_tell_an_effect_more_closely():
     """Known shifts of two sites, scatter of 10 % that runs with and without the effect share but for a fifth."""
     rng = np.random.default_rng(3)
-    x, scatter, true = response_surface.spread(8, 2, seed=5), 0.01, np.array([-0.4, 0.1, 0.0, 0.05, 0.0])
-    u = rng.permutation(response_surface.amounts(8, 1))
-    terms, there = response_surface.effect_terms(u, np.zeros((8, 0)), x), response_surface.quadratic(x)
+    x, scatter, true = sites.spread(8, 2, seed=5), 0.01, np.array([-0.4, 0.1, 0.0, 0.05, 0.0])
+    u = rng.permutation(sites.amounts(8, 1))
+    terms, there = effect_terms(u, np.zeros((8, 0)), x), quadratic_terms(x)
     known = 0.3 * scatter * there @ np.linalg.inv(there.T @ there + np.eye(6)) @ there.T
     runs = []
     for _ in range(2):
         shared = 0.1 * rng.standard_normal(8)
         with_it = np.exp(1 + terms @ true + shared + 0.02 * rng.standard_normal(8))
         own = (with_it, np.exp(1 + shared), np.ones(8), known, np.full(8, scatter))
-        runs.append(response_surface.EffectRuns(u, np.zeros((8, 0)), x, *own))
-    alone = response_surface.fitted_effects([replace(run, without=None) for run in runs])
-    both = response_surface.fitted_effects(runs)
+        runs.append(EffectRuns(u, np.zeros((8, 0)), x, *own))
+    alone = fitted_effects([replace(run, without=None) for run in runs])
+    both = fitted_effects(runs)
     for one, other in zip(alone, both, strict=True):
         shift, closer = terms[-1] @ one.coefficients, terms[-1] @ other.coefficients
         own, less = (np.sqrt(terms[-1] @ s.covariance @ terms[-1]) for s in (one, other))
@@ -82,10 +89,10 @@ def test_runs_with_the_same_seeds_tell_an_effect_more_closely():
 def test_a_point_whose_simulations_failed_tells_nothing():
     u, factors = np.array([0.3, 0.6, 1.0]), np.zeros((3, 0))
     rest = (np.zeros(3), np.zeros((3, 3)), np.full(3, 1e-4))
-    run = response_surface.EffectRuns(u, factors, factors, np.array([1.1, 1.2, np.nan]), None, *rest)
-    with_all = response_surface.fitted_effects([run])[0]
+    run = EffectRuns(u, factors, factors, np.array([1.1, 1.2, np.nan]), None, *rest)
+    with_all = fitted_effects([run])[0]
     two = (u[:2], factors[:2], factors[:2], run.with_it[:2], None, np.zeros(2), np.zeros((2, 2)), np.full(2, 1e-4))
-    without = response_surface.fitted_effects([response_surface.EffectRuns(*two)])[0]
+    without = fitted_effects([EffectRuns(*two)])[0]
     assert with_all.coefficients == pytest.approx(without.coefficients, rel=1e-3, abs=1e-6)
 
 
@@ -98,20 +105,20 @@ def test_an_effect_that_saturates_early_is_bent_and_another_is_not(saturates):
 
     rng, runs = np.random.default_rng(6), []
     for site in range(10):
-        u, x = rng.permutation(response_surface.amounts(8, 1)), response_surface.spread(8, 2, seed=site)
+        u, x = rng.permutation(sites.amounts(8, 1)), sites.spread(8, 2, seed=site)
         with_it = np.exp(shift(u) + 0.03 * rng.standard_normal(8))
         none = (None, np.zeros(8), np.zeros((8, 8)), np.full(8, 0.03**2))
-        runs.append(response_surface.EffectRuns(u, np.zeros((8, 0)), x, with_it, *none))
-    surfaces = response_surface.fitted_effects(runs)
+        runs.append(EffectRuns(u, np.zeros((8, 0)), x, with_it, *none))
+    surfaces = fitted_effects(runs)
     assert {s.bend > 0 for s in surfaces} == {saturates}
     u = np.array([0.05, 0.3, 0.8])
-    terms = response_surface.effect_terms(u, np.zeros((3, 0)), np.zeros((3, 2)), surfaces[0].bend)
+    terms = effect_terms(u, np.zeros((3, 0)), np.zeros((3, 2)), surfaces[0].bend)
     assert np.mean([terms @ s.coefficients for s in surfaces], axis=0) == pytest.approx(shift(u), abs=0.03)
 
 
 def test_a_bent_effect_is_nothing_at_zero_whole_at_its_limit_and_odd():
     u, none = np.array([0.0, 1.0, -1.0, 1.0 + 1e-6, 3.0]), np.zeros((5, 0))
-    terms = response_surface.effect_terms(u, none, none, bend=10.0)
+    terms = effect_terms(u, none, none, bend=10.0)
     assert (terms[0] == 0).all() and terms[1] == pytest.approx([1, 1, 1]) and terms[2] == pytest.approx([-1, 1, -1])
     slope = 10 / (11 * np.log(11))
     assert (terms[3] - terms[1]) / 1e-6 == pytest.approx([slope, 2 * slope, 3 * slope], rel=1e-3)
@@ -119,11 +126,11 @@ def test_a_bent_effect_is_nothing_at_zero_whole_at_its_limit_and_odd():
 
 
 def test_an_angle_goes_by_its_tangent():
-    link = response_surface.Link.of("slip_angle_deg")
+    link = Link.of("slip_angle_deg")
     assert link.mu(45.0) == pytest.approx(1) and link.observable(link.mu(31.0)) == pytest.approx(31)
     step = 1e-6
     assert link.slope(0.6) == pytest.approx((link.observable(0.6 * (1 + step)) - link.observable(0.6)) / step, rel=1e-4)
-    height = response_surface.Link.of("rebound_height_mm")
+    height = Link.of("rebound_height_mm")
     assert height.mu(7.0) == height.observable(7.0) == height.slope(7.0) == 7.0
 
 
@@ -132,22 +139,18 @@ def test_cases_of_a_paired_rig_have_seeds_and_places_of_their_own(tmp_path):
     engine = model.engines["slope_slip"]
     parameters = {name: np.array([[0.5]]) for name in on_yade.rig("slope_slip").parameters}
     conditions = {"seed_length_mm": np.array([2.0, 3.0]), "added_mass_mg": np.array([0.0, 6.0])}
-    sites = engine._sites(Request("slope_slip", "slip_angle_deg", conditions, parameters, {}))
-    first, second = (engine._base_points(site) for site in sites)
+    cases = engine.plan.sites(Request("slope_slip", "slip_angle_deg", conditions, parameters, {}))
+    first, second = (engine.plan.base_points(site) for site in cases)
     assert not {p.first_seed for p in first} & {p.first_seed for p in second}
     assert not {p.factors for p in first} & {p.factors for p in second}
-    with_it = engine._effect_points(sites[0], "adhesion")
+    with_it = engine.plan.effect_points(cases[0], "adhesion")
     places = {(p.factors, p.first_seed) for p in first}
     assert len(with_it) == 8 and all((p.factors, p.first_seed) in places for p in with_it)
-    assert len({p.effect for p in with_it}) == 8
+    assert len({p.effects for p in with_it}) == 8
 
 
 def test_factors_go_there_and_back():
-    for factor in (
-        response_surface.Factor(0.1, 0.4),
-        response_surface.Factor(-2.0, 3.0),
-        response_surface.Factor(5.0, 6.0),
-    ):
+    for factor in (Range(0.1, 0.4), Range(-2.0, 3.0), Range(5.0, 6.0)):
         assert factor.scaled(factor.low) == pytest.approx(-1) and factor.scaled(factor.high) == pytest.approx(1)
         assert factor.value(factor.scaled(5.3 if factor.low == 5 else 0.3)) == pytest.approx(
             5.3 if factor.low == 5 else 0.3
@@ -201,7 +204,7 @@ def stubbed(monkeypatch, fails):
             rows.append({"slip_angle_deg": np.nan if reason else angle, "status": reason or "ok"})
         return pd.DataFrame(rows)
 
-    monkeypatch.setattr(surrogate.dispatch, "run", run)
+    monkeypatch.setattr(dispatch, "run", run)
     return asked
 
 
@@ -212,7 +215,7 @@ def test_an_effect_that_cannot_be_simulated_silences_no_other(tmp_path, monkeypa
     points[1, model.column["adhesion.surface_energy"]] = 0.1
     points[2, model.column["plate_tilt.tilt_deg"]] = 1.0
     mean = model.predict(points).mean
-    assert np.isnan(mean[1]).all() and {name for _, name in model.engines["slope_slip"].dead} == {"adhesion"}
+    assert np.isnan(mean[1]).all() and {name for _, name in model.engines["slope_slip"].failed} == {"adhesion"}
     assert mean[2] == pytest.approx(mean[0] - 1, abs=0.1)
     assert any("jammed: what adhesion would do" in text for text in model.warnings)
     found = diagnose(load(tmp_path / "s"))
@@ -234,13 +237,30 @@ def test_what_ran_out_of_time_is_asked_for_again(tmp_path, monkeypatch):
     assert 0 < len(again) < first and any(case["seed"] % 7 == 0 for case in again)
 
 
+def test_means_stand_beside_the_store_and_a_torn_line_is_made_again(tmp_path, monkeypatch):
+    asked = stubbed(monkeypatch, lambda case: "jammed" if case["seed"] % 2 else None)
+    study = load(study_in(tmp_path / "s", SLIPS))
+    site = sites.Site(
+        "slope_slip", "slip_angle_deg", (("seed_length_mm", 2.0),), (("seed_powder_static_friction", 1.0),)
+    )
+    points = [sites.Point(site, (), (), first, 4) for first in (0, 10)]
+    found = Means(study, tmp_path / "store").of(points)
+    assert [(mean.n, mean.lost, mean.reason) for mean in found] == [(2, 2, "jammed")] * 2
+    assert found[0].mean == pytest.approx(45, abs=0.2) and len(asked) == 8
+    assert Means(study, tmp_path / "store").of(points) == found and len(asked) == 8
+    file = tmp_path / "store" / "means.csv"
+    file.write_text(file.read_text()[:-9])
+    Means(study, tmp_path / "store").of(points)
+    assert [case["seed"] for case in asked[8:]] == [10, 11, 12, 13]
+
+
 def test_a_surface_through_as_few_points_as_terms_tells_no_scatter():
     rng = np.random.default_rng(4)
     x = np.linspace(-1, 1, 12)[:, None]
-    noisy = response_surface.Surface.fitted(response_surface.quadratic(x), np.exp(0.1 * rng.standard_normal(12)))
-    saturated = response_surface.Surface.fitted(response_surface.quadratic(x[::5]), np.array([1.0, 1.3, 0.9]))
+    noisy = LogSurface.fitted(quadratic_terms(x), np.exp(0.1 * rng.standard_normal(12)))
+    saturated = LogSurface.fitted(quadratic_terms(x[::5]), np.array([1.0, 1.3, 0.9]))
     assert noisy.free == 9 and saturated.free == 0
-    both = response_surface.pooled([noisy, saturated])
+    both = pooled([noisy, saturated])
     assert both[0].scatter == both[1].scatter == pytest.approx(noisy.scatter)
 
 
@@ -363,6 +383,6 @@ def test_slip_alone_is_refined_on_yade(tmp_path):
     fitted = found.steps[-1].parameters["load_dependent_friction.load_exponent"]
     assert fitted == pytest.approx(n, abs=0.03)
     assert found.steps[-1].rms_error < 0.5 * found.steps[0].rms_error
-    assert isinstance(found.state.model.engines["slope_slip"], Simulated)
+    assert isinstance(found.state.model.engines["slope_slip"], Surrogate)
     assert replace(study, effort=2.0).effort == 2.0
     assert on_yade.rig("slope_slip").seeds == 1

@@ -183,12 +183,12 @@ def test_where_the_nothing_nearer_nothing_is_corrected_and_no_heap_is_wasted(pow
         "not corrected, as along the gradient the box has nothing nearer" in text
         and "the setting corrected" not in text
     )
-    (words,) = (part["words"] for part in powder_stages(powder, (41.69, 0.79)) if part["kind"] == "validation")
+    (words,) = (part.words for part in powder_stages(powder, (41.69, 0.79)) if part.kind == "validation")
     assert (
         "not corrected, as along the gradient the box has nothing nearer" in words[0]
         and "was corrected" not in words[0]
     )
-    (surface,) = (p["words"] for p in powder_stages(powder, (41.69, 0.79)) if p["kind"] == "surface")
+    (surface,) = (p.words for p in powder_stages(powder, (41.69, 0.79)) if p.kind == "surface")
     assert "is not reachable in this box" in surface[1] and "recommended" not in surface[1]
 
 
@@ -224,7 +224,7 @@ def test_levels_beyond_the_study_are_said(powder, monkeypatch):
     assert optimum.outside
     for name in optimum.outside:
         assert f"{name} {optimum.point[name]:.3f} (outside the range" in summary(optimum)
-    words = " ".join(line for part in powder_stages(powder, (41.69, 0.79)) for line in part["words"])
+    words = " ".join(line for part in powder_stages(powder, (41.69, 0.79)) for line in part.words)
     assert "(outside the range" in words
 
 
@@ -244,7 +244,7 @@ def test_a_surface_whose_runs_do_not_give_the_predicted_r2_is_summed_up(powder, 
     decisions = chain.run(STAGES[:4])
     assert decisions["surface"].r2_predicted is None
     assert "predicted R2 not known" in report.write(chain)
-    assert any("predicted not known" in line for p in powder_stages(powder, (41.69, 0.79)) for line in p["words"])
+    assert any("predicted not known" in line for p in powder_stages(powder, (41.69, 0.79)) for line in p.words)
 
 
 def test_the_rule_of_the_screening_is_said():
@@ -509,16 +509,16 @@ def test_what_was_decided_for_another_plan_is_left_out(powder, monkeypatch):
 def test_the_report_says_which_stage_was_decided_for_another_plan(powder, monkeypatch):
     chain_of(powder, Formula(), monkeypatch).run(STAGES[:3])
     shown = powder_stages(powder, (41.69, 0.79))
-    assert len(shown) == 3 and not any("another plan" in line for part in shown for line in part["words"])
+    assert len(shown) == 3 and not any("another plan" in line for part in shown for line in part.words)
     moved = powder_stages(powder, (40.0, 0.79))
-    assert all("target_deg 41.69 there, 40 in the study now" in part["words"][-1] for part in moved)
+    assert all("target_deg 41.69 there, 40 in the study now" in part.words[-1] for part in moved)
     measured(powder, 40.0)
     chain_of(powder, Formula(), monkeypatch).run(["screening"])
     screening, climb, surface = powder_stages(powder, (40.0, 0.79))
-    assert not any("another plan" in line for line in screening["words"])
+    assert not any("another plan" in line for line in screening.words)
     for part in (climb, surface):
-        assert "target_deg 41.69 there, 40.0 here" in part["words"][-1]
-    assert any("41.69 deg within its scatter" in line for line in surface["words"])  # with its own target
+        assert "target_deg 41.69 there, 40.0 here" in part.words[-1]
+    assert any("41.69 deg within its scatter" in line for line in surface.words)  # with its own target
 
 
 def test_a_decision_that_does_not_say_its_plan_is_refused(powder, monkeypatch):

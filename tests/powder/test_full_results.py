@@ -16,7 +16,7 @@ from pellet_study.powder.plan import SYMBOLS
 from pellet_study.powder.results import Results
 from pellet_study.powder.tables import table_of
 from pellet_study.rigs import on_yade
-from pellet_study.simulate import dispatch, yade
+from pellet_study.simulation import dispatch, yade
 from pellet_study.study import load
 from tests import ROOT
 
@@ -83,8 +83,8 @@ class Committed:
         for case in cases:
             row = RUNS[RUNS["seed"] == case["seed"]].iloc[0]
             assert [case["parameters"][SYMBOLS[n]] for n in SYMBOLS] == pytest.approx(
-                [row[n] for n in SYMBOLS], abs=1e-9
-            )
+                [row[n] for n in SYMBOLS], abs=1e-8
+            )  # the optimum is searched for: its ninth digit is the linear algebra library's of the machine
             names = ("repose_angle_deg", "direction_error_deg", "bond_number", "id")
             rows.append({name: row[name] for name in names} | {"status": row["verdict"]})
         return pd.DataFrame(rows)

@@ -160,7 +160,7 @@ def chain_folder(study: Path) -> Path:
         runs.assign(stage=stage, direction_error_deg=0.3, verdict="ok").to_csv(study / stage / "runs.csv", index=False)
         results.write_decision(stage, decision)
 
-    plan = plan_of(load.load(study))
+    plan = plan_of(load(study))
     results = Results(plan, study)
     printed = paper.table(7).drop(columns="No.")
     runs = pd.DataFrame({f.name: f.physical(printed[f.name]) for f in plan.factors})

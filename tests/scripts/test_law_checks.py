@@ -2,23 +2,26 @@
 
 import csv
 import json
+import math
 import subprocess
 
 import pandas as pd
 import pytest
 
 from pellet_study.rigs import on_yade
-from pellet_study.simulate import dispatch, law_checks, yade
-from yade_scripts import contacts
+from pellet_study.rigs.scripts import SCRIPTS
+from pellet_study.simulation import dispatch, law_cases, law_checks, yade
+from pellet_study.simulation.law_cases import COHESIVE, MINDLIN, RESTITUTION
+from yade_scripts import contacts, layered
 from yade_scripts.checks import sphere_scene
 
-MINDLIN, COHESIVE = law_checks.MINDLIN, law_checks.COHESIVE
+pytestmark = pytest.mark.yade
 
 
 @pytest.fixture(scope="module")
 def table(tmp_path_factory):
     """All checks on YADE, about 20 s of one core."""
-    rows = dispatch.run(law_checks.cases(), tmp_path_factory.mktemp("store"), quiet=True)
+    rows = dispatch.run(law_cases.cases(), tmp_path_factory.mktemp("store"), quiet=True)
     assert (rows["status"] == "ok").all(), rows.loc[rows["status"] != "ok", ["rig", "status"]].to_string()
     return law_checks.table(rows)
 
@@ -119,6 +122,47 @@ def test_a_clump_on_one_member_has_the_restitution_requested(table):
     assert_within(counts[~counts["setting"].str.contains("time_step_fraction")], 56)
 
 
+def test_grains_rebound_and_stick_as_restitution_and_adhesion_say(table):
+    """Within .03 of sqrt(e^2 (v^2 + w) - w)/v, but within a fifth of the sticking speed; that itself within a tenth."""
+    rows = of(table, "grain_impact")
+    assert rows["setting"].str.contains("restitution 0.05, speed_m_s 0.05").any() and (rows["requested"] > 0.85).any()
+    assert (rows["requested"] == 0).any()
+    assert_within(rows[~rows["remark"].str.contains("decides whether they part")], 34)
+    assert_within(of(table, "grain_sticking", setting="restitution 0.[0135]"), 7)
+
+
+def test_no_damper_pulls(table):
+    rows = of(table, "grain_pull_off")
+    assert rows["setting"].str.contains("apart_mm_s 50").sum() >= 4
+    assert_within(rows, 12)
+
+
+def test_cohesion_raises_both_limits_as_its_source_says(table):
+    rows = of(table, "grain_limits")
+    assert_within(rows, 26)
+    assert (rows["setting"].str.contains("load_n -0.0001")).sum() == 4  # in tension
+
+
+def test_grains_gain_no_energy(table):
+    assert_within(of(table, "grain_energy"), 18)
+
+
+def test_grains_and_walls_keep_their_own_constants(table):
+    assert_within(of(table, "grain_and_wall"), 32)
+
+
+def test_the_damper_of_a_time_step_is_that_of_a_contact_in_small_steps():
+    """A linear spring whose damper may not pull (Schwager & Poeschel 2007, doi:10.1007/s10035-007-0065-z)."""
+    ratio = 0.3
+    root = (1 - ratio**2) ** 0.5
+    exact = math.exp(-ratio / root * (math.pi - math.atan2(2 * ratio * root, 1 - 2 * ratio**2)))
+    assert layered.rebound(ratio, 1.0, 1e-3).mean() == pytest.approx(exact, abs=1e-3)
+    for step in (0.01, 0.1, 0.3):
+        assert layered.rebound(layered.damping_ratio(0.4, 0.5, step), 0.5, step).mean() == pytest.approx(0.4, abs=1e-6)
+    with pytest.raises(ValueError, match="a smaller time_step_fraction"):
+        layered.damping_ratio(0.05, 0.5, 0.3)
+
+
 @pytest.mark.parametrize(
     ("check", "observable", "law", "setting", "words"),
     [
@@ -159,10 +203,10 @@ def test_damping_ratio_against_another_integration():
 
 
 def test_quick_is_part_of_the_whole():
-    everything, quick = law_checks.cases(), law_checks.cases(quick=True)
+    everything, quick = law_cases.cases(), law_cases.cases(quick=True)
     assert all(case in everything for case in quick)
-    assert {case["rig"] for case in quick} == set(law_checks.CHECKS)
-    assert {case["contact_law"] for case in quick} == {MINDLIN, COHESIVE}
+    assert {case["rig"] for case in quick} == set(law_cases.CHECKS)
+    assert {case["contact_law"] for case in quick} == {MINDLIN, COHESIVE, RESTITUTION}
     assert len(quick) < len(everything) / 3
 
 
@@ -193,7 +237,7 @@ def test_a_failed_simulation_is_not_within():
 
 
 def test_a_check_runs_by_hand(tmp_path):
-    check = on_yade.SCRIPTS / "checks" / "hertz.py"
+    check = SCRIPTS / "checks" / "hertz.py"
     for arguments in (("--example", "cases.json"), ("cases.json", "observables.csv")):
         subprocess.run(
             yade.command(check, *arguments),

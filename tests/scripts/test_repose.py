@@ -7,9 +7,12 @@ import pytest
 
 from pellet_study.powder.plan import SYMBOLS
 from pellet_study.rigs import on_yade
-from pellet_study.simulate import dispatch
+from pellet_study.rigs.declared import rig_in
+from pellet_study.simulation import dispatch
 from tests import HELPERS
 from yade_scripts import contacts, powder_scene
+
+pytestmark = pytest.mark.yade
 
 LAWS = ("cohesive_frictional", "hertz_mindlin")
 OWN = {  # the constant each parameter moves
@@ -60,32 +63,24 @@ def store(tmp_path_factory):
     return tmp_path_factory.mktemp("repose") / ".store"
 
 
-def run(store, cases):
-    return dispatch.run(cases, store, workers=1, quiet=True)
+def run(store, cases, rigs=None):
+    return dispatch.run(cases, store, rigs=rigs, workers=1, quiet=True)
 
 
 @pytest.fixture(scope="module")
 def constants(store):
     """The contact constants of both laws at BASE and with one parameter moved at a time."""
-    folders = on_yade.FOLDERS
-    on_yade.FOLDERS = [*folders, HELPERS / "powder_rigs"]
-    on_yade.rig.cache_clear()
+    contacts = rig_in(HELPERS / "powder_rigs" / "powder_contacts.py")
     equal = {"size_spread": 0.0}
-    cases = {(law, None): small("powder_contacts", law, numerics=equal) for law in LAWS}
+    cases = {(law, None): small(contacts, law, numerics=equal) for law in LAWS}
     cases |= {
-        (law, name): small("powder_contacts", law, numerics=equal, **{name: BASE[name] + 0.1})
-        for law in LAWS
-        for name in OWN
+        (law, name): small(contacts, law, numerics=equal, **{name: BASE[name] + 0.1}) for law in LAWS for name in OWN
     }
     cases |= {
-        ("cohesive_frictional", effect): small(
-            "powder_contacts", numerics=equal, conditions=amplified, effects={effect: values}
-        )
+        ("cohesive_frictional", effect): small(contacts, numerics=equal, conditions=amplified, effects={effect: values})
         for effect, (values, amplified, _) in EFFECTS.items()
     }
-    rows = run(store, list(cases.values()))
-    on_yade.FOLDERS = folders
-    on_yade.rig.cache_clear()
+    rows = run(store, list(cases.values()), {contacts.name: contacts})
     assert set(rows["status"]) == {"ok"}, rows[["contact_law", "status"]].to_string()
     return {
         key: row[list(set(OWN.values()) | {"steel_adhesion"})]

@@ -8,10 +8,12 @@ from pathlib import Path
 
 import pytest
 
-from pellet_study.rigs import on_yade
+from pellet_study.rigs import on_yade, scripts
 from yade_scripts import case as case_file
 
-SCRIPTS = Path(on_yade.SCRIPTS)
+pytestmark = pytest.mark.yade
+
+SCRIPTS = Path(scripts.SCRIPTS)
 
 
 def yade(*arguments: str, folder: Path) -> subprocess.CompletedProcess:

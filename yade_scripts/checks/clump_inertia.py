@@ -56,7 +56,7 @@ def simulate(case: dict) -> dict:
         scene.newton.damping = 0.0
         direction = Vector3(*rotation[:, k])
         momentum = 1e-12  # kg m2/s, a few turns a second
-        scene.state.angMom = momentum * direction
+        scene.spin(momentum * direction)
         O.step()
         read["mass_kg"] = scene.state.mass
         read[f"inertia_{axis}_kg_m2"] = momentum / scene.state.angVel.dot(direction)

@@ -58,7 +58,7 @@ def simulate(case: dict) -> dict:
     scene.newton.damping = 0.0
     state = scene.state
     in_body = conditions["spin_rad_s"] / np.sqrt(3) * np.array(state.inertia)
-    state.angMom = state.ori * Vector3(*in_body)
+    scene.spin(state.ori * Vector3(*in_body))
     start = _energy(state)
     while O.time < 1e-3 * conditions["time_ms"]:
         scene.run(30)

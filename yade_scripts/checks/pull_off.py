@@ -11,7 +11,7 @@ if __name__ == "__main__":  # by hand: yade -x -n pull_off.py cases.json observa
 
 from math import pi
 
-from yade_scripts import contacts
+from yade_scripts import contacts, laws
 from yade_scripts.case import quantity
 from yade_scripts.checks import sphere_scene
 from yade_scripts.checks.sphere_scene import POWDER
@@ -61,9 +61,9 @@ def simulate(case: dict) -> dict:
         return {"pull_off_n": sphere_scene.pull_off(law, step, radius)}
     step = case["numerics"]["time_step_fraction"] * contacts.rayleigh_step(min(radius, other), POWDER)
     options = {}
-    if case["contact_law"] == "cohesive_frictional":
+    if case["contact_law"] in laws.LOCAL_DAMPING:
         damping = case["parameters"]["cohesive_frictional_damping"]
         options = {"radius": 0.5 * (radius + other), "damping": damping}
     pair = sphere_scene.pair_of(case)
-    law = contacts.LAWS[case["contact_law"]](POWDER, POWDER, pair, pair, **options)
+    law = laws.LAWS[case["contact_law"]](POWDER, POWDER, pair, pair, **options)
     return {"pull_off_n": sphere_scene.pull_off(law, step, radius, other)}

@@ -5,7 +5,7 @@ A reading looks at motion or at the forces on a body, never at what a contact la
 
 from math import cos, hypot, inf, pi, sin, sqrt, tan
 
-from yade_scripts import contacts
+from yade_scripts import contacts, laws, stepping
 from yade_scripts.case import Failed, quantity
 from yade_scripts.contacts import Material, Pair
 
@@ -62,7 +62,7 @@ def linear_stiffness(radius: float, first: Material, second: Material) -> float:
 def weight_overlap(case: dict, radius: float, particle: Material, plate: Material) -> float:
     """Overlap at which a sphere on the plate carries its own weight, m."""
     weight = sphere_mass(radius, particle) * GRAVITY
-    if case["contact_law"] == "cohesive_frictional":
+    if case["contact_law"] in laws.LOCAL_DAMPING:
         return weight / linear_stiffness(radius, particle, plate)
     return (weight / hertz_force(1.0, radius, effective_modulus(particle, plate))) ** (2 / 3)
 
@@ -109,9 +109,9 @@ def one_pair(case: dict, radius: float, particle: Material = SEED, plate: Materi
     step = numerics["time_step_fraction"] * contacts.rayleigh_step(radius, particle)
     spring = numerics.get("rolling_spring", 0.02) * sphere_inertia(radius, particle) / step**2
     options = {"rolling_stiffness": spring}
-    if case["contact_law"] == "cohesive_frictional":
+    if case["contact_law"] in laws.LOCAL_DAMPING:
         options |= {"radius": radius, "damping": case["parameters"]["cohesive_frictional_damping"]}
-    return step, contacts.LAWS[case["contact_law"]](particle, plate, pair_of(case), **options)
+    return step, laws.LAWS[case["contact_law"]](particle, plate, pair_of(case), **options)
 
 
 class Scene:
@@ -129,11 +129,15 @@ class Scene:
         )
 
         O.reset()
+        law.enter()
         self.law = law
+        self.step = stepping.single(law)
         self.newton = NewtonIntegrator(damping=law.damping, gravity=gravity, exactAsphericalRot=True)
+        collider = InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Box_Aabb()], verletDist=1e-5, targetInterv=-1)
+        law.collide(collider)
         O.engines = [
             ForceResetter(),
-            InsertionSortCollider([Bo1_Sphere_Aabb(), Bo1_Box_Aabb()], verletDist=1e-5, targetInterv=-1),
+            collider,
             InteractionLoop(law.geometry, law.physics, law.law),
             self.newton,
         ]
@@ -141,10 +145,7 @@ class Scene:
 
     def sphere(self, radius: float, position, velocity=(0, 0, 0), spin=(0, 0, 0), blocked: str = ""):
         """Add a sphere; blocked directions move at the given velocity and spin whatever pushes."""
-        from yade import O, utils
-
-        number = O.bodies.append(utils.sphere(position, radius, material=self.law.particle, color=(1, 1, 1)))
-        body = O.bodies[number]
+        body, _ = self.law.grain(position, radius)
         body.state.blockedDOFs = blocked
         body.state.vel, body.state.angVel = velocity, spin
         return body
@@ -153,7 +154,16 @@ class Scene:
         """Add the plate, 20 x 20 m."""
         from yade import O, utils
 
-        O.bodies.append(utils.box((0, 0, -0.005), (10, 10, 0.005), fixed=True, material=self.law.wall, color=(1, 1, 1)))
+        O.bodies.append(
+            utils.box(
+                (0, 0, -0.005),
+                (10, 10, 0.005),
+                fixed=True,
+                material=self.law.wall,
+                color=(1, 1, 1),
+                mask=self.law.wall_mask,
+            )
+        )
 
 
 def bounce(law, time_step: float, radius: float, speed: float, plate: bool = True) -> dict:
@@ -164,7 +174,6 @@ def bounce(law, time_step: float, radius: float, speed: float, plate: bool = Tru
     restitution : relative speed after over before
     contact_time_s, largest_overlap_m
     """
-    from yade import O
 
     scene = Scene(law, time_step)
     gap = 0.5 * speed * time_step
@@ -176,7 +185,7 @@ def bounce(law, time_step: float, radius: float, speed: float, plate: bool = Tru
         two = scene.sphere(radius, (0, 0, -radius), (0, 0, speed / 2)).state
     overlap, steps = 0.0, 0
     while True:
-        O.step()
+        scene.step()
         steps += 1
         distance = one.pos[2] - radius if plate else one.pos[2] - two.pos[2] - 2 * radius
         approach = one.vel[2] if plate else one.vel[2] - two.vel[2]
@@ -201,28 +210,26 @@ def normal_force(law, time_step: float, radius: float, overlap: float) -> float:
     scene = Scene(law, time_step)
     scene.plate()
     body = scene.sphere(radius, (0, 0, radius - overlap), blocked="xyzXYZ")
-    O.step()
+    scene.step()
     return O.forces.f(body.id)[2]
 
 
 def slope_friction(law, time_step: float, radius: float, overlap: float, slope: float) -> float:
     """Friction coefficient tan(slope) - a/(g cos(slope)) of a sphere that slides down a slope without rolling."""
-    from yade import O
 
     scene = Scene(law, time_step, (GRAVITY * sin(slope), 0, -GRAVITY * cos(slope)))
     scene.plate()
     state = scene.sphere(radius, (0, 0, radius - overlap), blocked="XYZ").state
     for _ in range(4000):  # until the start has died down
-        O.step()
+        scene.step()
     speed, steps = state.vel[0], 20_000
     for _ in range(steps):
-        O.step()
+        scene.step()
     return tan(slope) - (state.vel[0] - speed) / (steps * time_step) / (GRAVITY * cos(slope))
 
 
 def slip_angle(law, time_step: float, radius: float, overlap: float, bracket: float = 0.0015) -> float:
     """Tilt (rad) at which a sphere that cannot roll starts to slide, bisected between holding and sliding."""
-    from yade import O
 
     ramp, hold = 4000, 12_000  # steps
 
@@ -234,7 +241,7 @@ def slip_angle(law, time_step: float, radius: float, overlap: float, bracket: fl
             if k <= ramp and k % 10 == 0:
                 tilt = angle * (0.5 - 0.5 * cos(pi * k / ramp))
                 scene.newton.gravity = (GRAVITY * sin(tilt), 0, -GRAVITY * cos(tilt))
-            O.step()
+            scene.step()
             if k == ramp + hold // 2:
                 half = state.pos[0]
         moved = state.pos[0] - half
@@ -260,7 +267,6 @@ def rolling_friction(
     speed : m/s along the plate at the start, rolling
     impact : m/s downward at the start; 0 lays the sphere down at the overlap that carries its weight
     """
-    from yade import O
 
     scene = Scene(law, time_step, (0, 0, -GRAVITY))
     scene.plate()
@@ -268,11 +274,11 @@ def rolling_friction(
     state = scene.sphere(radius, (0, 0, height), (speed, 0, -impact), (0, speed / radius, 0)).state
     skip = 2000 if impact == 0 else 0
     for _ in range(skip):
-        O.step()
+        scene.step()
     along, down = state.vel[0], -state.vel[2]
     steps = 20_000
     for _ in range(steps):
-        O.step()
+        scene.step()
     impulse = GRAVITY * steps * time_step + down + state.vel[2]
     rolling = (state.vel[0] + 0.4 * state.angVel[1] * radius) / 1.4  # speed once the spin has caught up
     return 1.4 * (along - rolling) / impulse
@@ -298,7 +304,7 @@ def pull_off(law, time_step: float, radius: float, other: float | None = None) -
         # slow where the force changes within very little; slower before the touch, where the damper pulls too
         steps = 3000 if distance < 0 else 300
         state.vel = (0, 0, max(abs(distance), 1e-9 * radius) / (steps * time_step))
-        O.step()
+        scene.step()
         tension = max(tension, -O.forces.f(body.id)[2])
     return tension
 
@@ -334,7 +340,7 @@ def pressed(law, time_step: float, radius: float, overlap: float, plate: bool = 
         centre = (0, 0, base + radius - overlap)
         body = scene.sphere(radius, centre, (along, 0, 0), (0, spin, 0), blocked="xyzXYZ")
         for _ in range(3000):
-            O.step()
+            scene.step()
         force, moment = O.forces.f(body.id), O.forces.t(body.id)
         if spin:  # less what the tangential force adds to the moment
             read[motion] = abs(moment[1] + lever * force[0]) / (radius * force[2])

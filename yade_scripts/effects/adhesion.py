@@ -27,4 +27,5 @@ def contact(pair, values):
     return pair._replace(surface_energy=pair.surface_energy + values["surface_energy"])
 
 
+TURN = 8
 SEED_SCENE = {"contact": contact}

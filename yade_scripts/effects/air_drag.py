@@ -18,6 +18,7 @@ EFFECT = {
     "rigs": {
         "rebound": "high drops of small seeds rebound lower",
         "inclined_roll": "long and steep runs of small seeds end earlier",
+        "repose": "grains arrive more slowly: hardly seen in amplified grains",
     },
     "signature": "the loss grows with the length of the path, like 1/(density x diameter): small seeds show more",
     "source": "Clift, Grace & Weber 1978, Bubbles, Drops, and Particles, ISBN 978-0-12-176950-5; "
@@ -32,4 +33,11 @@ def force(newtons, velocity, volume: float, values):
     return tuple(f + share * v for f, v in zip(newtons, velocity, strict=True))
 
 
+def drag(coefficient: float, values) -> float:
+    """Drag coefficient of every grain, for YADE's DragEngine."""
+    return coefficient + values["drag_coefficient"]
+
+
+TURN = 9
 SEED_SCENE = {"force": force}
+POWDER_SCENE = {"drag": drag}

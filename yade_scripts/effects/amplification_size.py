@@ -23,4 +23,5 @@ def other_rule(exponent: float, values) -> float:
     return exponent - values["exponent_error"]
 
 
+TURN = 16
 POWDER_SCENE = {"exponent": other_rule}

@@ -50,4 +50,5 @@ def sticky(pair, values):
     return pair._replace(surface_energy=pair.surface_energy + values["surface_energy_j_m2"])
 
 
+TURN = 1
 POWDER_SCENE = {"pair": sticky}

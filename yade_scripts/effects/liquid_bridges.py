@@ -25,4 +25,5 @@ def pull(pair, values):
     return pair._replace(surface_energy=pair.surface_energy + 2 * pi * values["surface_tension_n_m"] / (1.5 * pi))
 
 
+TURN = 3
 POWDER_SCENE = {"pair": pull}

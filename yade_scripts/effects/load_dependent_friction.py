@@ -28,4 +28,5 @@ def friction(mu: float, load: float, values) -> float:
     return mu * max(load / REFERENCE_LOAD, LEAST) ** -values["load_exponent"]
 
 
+TURN = 11
 SEED_SCENE = {"friction": friction}

@@ -27,4 +27,5 @@ def restitution(e: float, speed: float, values) -> float:
     return e * sqrt(1.2 * sqrt(3) * (1 - y**2 / 6)) * (y / (y + 2 * sqrt(1.2 - 0.2 * y**2))) ** 0.25
 
 
+TURN = 7
 SEED_SCENE = {"restitution": restitution}

@@ -26,4 +26,5 @@ def slope_deg(angle_deg: float, values) -> float:
     return angle_deg + values["tilt_deg"]
 
 
+TURN = 15
 SEED_SCENE = {"slope_deg": slope_deg}

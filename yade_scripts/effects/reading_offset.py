@@ -26,4 +26,5 @@ def reading(value: float, values) -> float:
     return value + values["offset"]
 
 
+TURN = 14
 SEED_SCENE = {"reading": reading}

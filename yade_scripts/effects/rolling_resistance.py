@@ -23,4 +23,5 @@ def rolling(pair, values):
     return pair._replace(rolling_friction=pair.rolling_friction + values["rolling_friction"])
 
 
+TURN = 2
 POWDER_SCENE = {"pair": rolling, "wall_pair": rolling}

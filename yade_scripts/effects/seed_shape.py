@@ -27,4 +27,5 @@ def aspect(factor: float, values) -> float:
     return factor * values["aspect_factor"]
 
 
+TURN = 13
 SEED_SCENE = {"aspect": aspect}

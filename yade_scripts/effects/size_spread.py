@@ -22,4 +22,5 @@ def wider(spread: float, values) -> float:
     return spread + values["added_spread"]
 
 
+TURN = 4
 POWDER_SCENE = {"spread": wider}

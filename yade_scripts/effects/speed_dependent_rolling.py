@@ -23,4 +23,5 @@ def rolling(coefficient: float, speed: float, values) -> float:
     return coefficient + values["slope"] * speed
 
 
+TURN = 10
 SEED_SCENE = {"rolling": rolling}

@@ -25,4 +25,5 @@ def tangential_stiffness(share: float, values) -> float:
     return share / (1 + values["added_compliance"])
 
 
+TURN = 12
 SEED_SCENE = {"tangential_stiffness": tangential_stiffness}

@@ -24,4 +24,5 @@ def restitution(e: float, speed: float, values) -> float:
     return e * (1 - loss + 0.6 * loss**2)
 
 
+TURN = 6
 SEED_SCENE = {"restitution": restitution}

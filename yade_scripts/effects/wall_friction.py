@@ -22,4 +22,5 @@ def rougher(pair, values):
     return pair._replace(static_friction=max(0.0, pair.static_friction + values["added_friction"]))
 
 
+TURN = 5
 POWDER_SCENE = {"wall_pair": rougher}

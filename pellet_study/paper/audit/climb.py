@@ -56,7 +56,7 @@ def climb() -> list[Item]:
 def _climb_monotone(section) -> Item:
     errors = table(10)["Relative error"].to_numpy(dtype=float)
     turns = int(np.sum(np.diff(np.sign(np.diff(errors))) != 0))
-    angles = []
+    angles: list = []
     for row in range(1, len(errors) + 1):
         angles.append(next((a for a in implied_angles(row) if not angles or a > angles[-1]), np.nan))
     rising = np.isfinite(angles).all()

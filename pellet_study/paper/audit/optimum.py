@@ -99,7 +99,7 @@ def _coding(section) -> list[Item]:
         predicted, (low, high), p = _row_test(row)
         other, _, p_other = _row_test(row, (1, 1, 1))
         angles = implied_angles(row)
-        nearest = min(angles, key=lambda angle, y=predicted: abs(angle - y))
+        nearest = angles[int(np.argmin(np.abs(np.asarray(angles) - predicted)))]
         items.append(
             judged(
                 section,

@@ -56,7 +56,7 @@ def _library_match(corners: np.ndarray) -> tuple[list[int], list[int]] | None:
     wanted = [sorted(map(tuple, corners[:, : k + 1])) for k in range(corners.shape[1])]
     for image in library:  # the library row that becomes the row of all -1
         flipped = -library * image
-        stack = [[]]
+        stack: list[list[int]] = [[]]
         while stack:
             chosen = stack.pop()
             if len(chosen) == corners.shape[1]:

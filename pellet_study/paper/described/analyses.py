@@ -75,7 +75,7 @@ def rows_of(fit: Fit) -> dict[str, dict]:
     """{source: row} of the analysis of variance, with the groups of terms fitted one after the other."""
     rows = {row["source"]: row for row in fit.anova}
     model = fit.model
-    kinds = {"linear": [], "interactions": [], "squares": []}
+    kinds: dict[str, list] = {"linear": [], "interactions": [], "squares": []}
     for name, indices in model.terms.items():
         if len(indices) == 1:
             kinds["linear"].append(name)

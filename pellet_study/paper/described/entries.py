@@ -39,7 +39,7 @@ class Entry:
         found = f"found {self.content[key]!r}" if key in self.content else "it is missing"
         raise InputError(f"{where}: expected {expected}; {found}")
 
-    def take(self, key: str, kind: type, expected: str, default=REQUIRED):
+    def take(self, key: str, kind: type | tuple[type, ...], expected: str, default=REQUIRED):
         """The value of a key."""
         self.asked.append(key)
         if key not in self.content:

@@ -5,6 +5,9 @@
 The balance rho g h sin a = tau(sigma), sigma = rho g h cos a, is solved for the angle by bisection.
 """
 
+from collections.abc import Mapping
+from typing import Any
+
 import numpy as np
 
 RIG = {
@@ -63,12 +66,12 @@ BISECTIONS = 22
 NEWTON_STEPS = 3
 
 
-def predict(parameters, conditions, effects):
+def predict(parameters: Mapping, conditions: Mapping, effects: Mapping) -> dict[str, Any]:
     """Slip angle, deg; 90 where the layer never slides."""
     weight = conditions["bulk_density_kg_m3"] * GRAVITY * 1e-3 * conditions["layer_height_mm"]  # rho g h, Pa
     friction = parameters["internal_friction"]
 
-    def excess(sine, cosine):
+    def excess(sine: Any, cosine: Any) -> Any:
         """Driving less carried stress over rho g h; grows with the angle."""
         normal = weight * cosine
         carried = friction * normal
@@ -96,7 +99,7 @@ def predict(parameters, conditions, effects):
     return {"slip_angle_deg": np.degrees(angle)}
 
 
-def normal_stress(conditions, values):
+def normal_stress(conditions: Mapping, values: Any) -> Any:
     """Normal stress rho g h cos a of each row at its measured angle, Pa."""
     weight = conditions["bulk_density_kg_m3"] * GRAVITY * 1e-3 * conditions["layer_height_mm"]
     return weight * np.cos(np.radians(values))

@@ -1,5 +1,8 @@
 """Shear cell: at which shear stress does a bed yield under a normal stress?  tau = mu sigma."""
 
+from collections.abc import Mapping
+from typing import Any
+
 RIG = {
     "name": "shear_cell",
     "parameters": {
@@ -25,7 +28,7 @@ RIG = {
 }
 
 
-def predict(parameters, conditions, effects):
+def predict(parameters: Mapping, conditions: Mapping, effects: Mapping) -> dict[str, Any]:
     """tau = mu sigma, Pa, and what the effects present make of it."""
     normal = conditions["normal_stress_pa"]
     stress = parameters["internal_friction"] * normal
@@ -34,6 +37,6 @@ def predict(parameters, conditions, effects):
     return {"shear_stress_pa": stress}
 
 
-def normal_stress(conditions, values):
+def normal_stress(conditions: Mapping, values: Any) -> Any:
     """Normal stress of each row, Pa."""
     return conditions["normal_stress_pa"]

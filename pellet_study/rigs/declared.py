@@ -1,0 +1,245 @@
+"""What the file of a rig or of an effect declares, checked."""
+
+from collections.abc import Callable, Iterable, Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from functools import cached_property
+from pathlib import Path
+from types import ModuleType
+from typing import Any, NamedTuple
+
+from pellet_study.errors import InputError
+from pellet_study.rigs.scripts import fingerprint
+from yade_scripts import case as case_file
+
+SCENES = ("SEED_SCENE", "POWDER_SCENE")  # what an effect calls its places in a scene on YADE
+OF_EVERY_RIG = ("name", "parameters", "conditions", "observables")
+ON_YADE = ("contact_laws", "effects", "numerics", "random", "time_limit_s")  # what a rig on YADE declares besides
+FLAT_TO_UPRIGHT = (0.0, 90.0)
+READABLE = {"slip_angle_deg": FLAT_TO_UPRIGHT, "repose_angle_deg": FLAT_TO_UPRIGHT}  # where the rig says nothing
+
+
+class Acting(NamedTuple):
+    """An effect present in a closed form: what it does, and the values of its parameters (arrays)."""
+
+    act: Callable | None
+    values: Mapping
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A physical effect a model may lack; the first parameter is the amount, further ones its shape.
+
+    `parameters` maps names to {absent or default, min, max, physical, unit, meaning}, `parameters_in` a rig to those
+    that stand in their place there; `sides` is 1 where the amount has one sign, 2 where it may have either; `rigs` maps
+    a rig to where the effect shows in it. `reading` is what an effect on nothing but the reading makes of it; `file` is
+    that of an effect of the user's own, None where it comes with the package; `scenes` holds its SEED_SCENE and
+    POWDER_SCENE, where it has them.
+    """
+
+    name: str
+    means: str
+    formula: str
+    parameters: Mapping[str, Mapping]
+    sides: int
+    rigs: Mapping[str, str]
+    signature: str
+    source: str
+    parameters_in: Mapping[str, Mapping[str, Mapping]] = field(default_factory=dict)
+    closed_form: Mapping[str, Callable] = field(default_factory=dict)
+    order: int = 1
+    reading: Callable | None = None
+    file: Path | None = None
+    scenes: Mapping[str, Mapping] = field(default_factory=dict)
+
+    @property
+    def amount(self) -> str:
+        """The parameter whose `absent` value means that the effect is not there."""
+        return next(iter(self.parameters))
+
+    def neutral(self) -> dict[str, float]:
+        """Values that mean absent."""
+        return {name: q["absent" if "absent" in q else "default"] for name, q in self.parameters.items()}
+
+    def within(self, rigs: Iterable[str]) -> "Effect":
+        """The effect with the parameters it has in some rigs.
+
+        Raises
+        ------
+        InputError : they differ from rig to rig
+        """
+        of_rig = {rig: self.parameters_in.get(rig, self.parameters) for rig in rigs}
+        first = next(iter(of_rig.values()), self.parameters)
+        if any(parameters != first for parameters in of_rig.values()):
+            raise InputError(
+                f"the amount of {self.name} is not the same quantity in all rigs used: "
+                f"{'; '.join(f'{next(iter(parameters))} in {rig}' for rig, parameters in of_rig.items())}; "
+                "make a study of each"
+            )
+        return replace(self, parameters=first)
+
+
+@dataclass(frozen=True)
+class Rig:
+    """What turns cases into observables: a formula (`predict`), or a script that runs in YADE.
+
+    `parameters`, `conditions` and `numerics` map names to {default, min, max, unit, meaning}; `readable` bounds what can
+    be read of an observable. Only on YADE: `effects` maps each effect the script knows to its parameters with the value
+    that means absent; `random` rigs scatter over the seed, and `seeds` of them make a mean; in `paired` ones the same
+    seed ends nearly alike in nearly the same case; `extra` are files of effects beyond the rig's own, which it can take
+    where `takes_effects` is true.
+    """
+
+    name: str
+    file: Path | None
+    parameters: Mapping[str, Mapping]
+    conditions: Mapping[str, Mapping]
+    observables: Mapping[str, str]
+    predict: Callable | None = None
+    normal_stress: Callable | None = None
+    readable: Mapping[str, tuple[float, float]] = field(default_factory=dict)
+    effects: Mapping[str, Mapping] = field(default_factory=dict)
+    contact_laws: tuple[str, ...] = ()
+    numerics: Mapping[str, Mapping] = field(default_factory=dict)
+    random: bool = False
+    time_limit_s: float = 0.0
+    seeds: int = 1
+    paired: bool = False
+    takes_effects: bool = True
+    extra: tuple[Path, ...] = ()
+
+    @property
+    def on_yade(self) -> bool:
+        """Whether it is a script that runs in YADE."""
+        return self.predict is None
+
+    @cached_property
+    def fingerprint(self) -> str:
+        """Hash of every script that an answer of YADE depends on, as the scripts were when it was first asked for."""
+        return fingerprint(self.script, self.extra)
+
+    @property
+    def script(self) -> Path:
+        """The file that runs in YADE."""
+        if self.file is None:
+            raise InputError(f"rig {self.name} has no script to run in YADE")
+        return self.file
+
+    def with_effects(self, effects: Sequence[Effect]) -> "Rig":
+        """The rig with some effects of other files; one with the name of an effect it has takes its place.
+
+        Raises
+        ------
+        InputError : the rig's script cannot take any
+        """
+        if not effects:
+            return self
+        if not self.takes_effects:
+            raise _takes_none(self.file, f"module '{self.script.stem}' has no attribute 'EFFECTS'")
+        extra = tuple(effect.file.resolve() for effect in effects if effect.file)  # YADE runs in another folder
+        known = {**self.effects, **{effect.name: effect.parameters for effect in effects}}
+        return _refuse_clash(replace(self, effects=known, extra=extra))
+
+
+def _takes_none(file: Path | None, why: object) -> InputError:
+    return InputError(f"{file}: {why}; a rig with effects has EFFECTS, a tuple of modules, () where it has none")
+
+
+def rig_in(file: Path, effects: Sequence[Path] = ()) -> Rig:
+    """The rig on YADE in a file, with the effects in some other files.
+
+    Raises
+    ------
+    InputError : it declares no rig, or cannot take effects beyond its own
+    """
+    file = file.resolve()
+    try:
+        module = case_file.load(file, effects)
+    except AttributeError as error:
+        raise _takes_none(file, error) from None
+    return replace(rig_from(module, file), extra=tuple(effect.resolve() for effect in effects))
+
+
+def rig_from(module: ModuleType, file: Path) -> Rig:
+    """The rig a module declares.
+
+    Raises
+    ------
+    InputError : a key or a number is missing, or there is nothing that turns cases into observables
+    """
+    declared = module.RIG
+    simulated = not hasattr(module, "predict")
+    if simulated and not hasattr(module, "simulate"):
+        raise InputError(f"{file}: has neither predict(parameters, conditions, effects) nor, on YADE, simulate(case)")
+    missing = [key for key in (*OF_EVERY_RIG, *(ON_YADE if simulated else ())) if key not in declared]
+    if missing:
+        raise InputError(f"{file}: RIG lacks {', '.join(missing)}")
+    if not isinstance(declared["observables"], Mapping):
+        raise InputError(f"{file}: observables: expected {{name: meaning}}, got {declared['observables']!r}")
+    for name, quantity in [*declared["parameters"].items(), *declared["conditions"].items()]:
+        if absent := [key for key in ("default", "min", "max") if key not in quantity]:
+            raise InputError(f"{file}: {name} lacks {', '.join(absent)}")
+        if not quantity["min"] <= quantity["default"] <= quantity["max"]:
+            raise InputError(f"{file}: {name}: expected min <= default <= max, got {quantity}")
+    readable = {o: READABLE[o] for o in declared["observables"] if o in READABLE} | declared.get("readable", {})
+    rig = Rig(**{key: declared[key] for key in OF_EVERY_RIG}, file=file, readable=readable)
+    if not simulated:
+        return replace(rig, predict=module.predict, normal_stress=getattr(module, "normal_stress", None))
+    return _refuse_clash(
+        replace(
+            rig,
+            file=file.resolve(),  # YADE runs in another folder
+            contact_laws=tuple(declared["contact_laws"]),
+            effects=dict(declared["effects"]),
+            takes_effects=hasattr(module, "EFFECTS"),
+            normal_stress=getattr(module, "normal_stress", None),
+            **{key: declared[key] for key in ("numerics", "random", "time_limit_s")},
+            **{key: declared[key] for key in ("seeds", "paired") if key in declared},
+        )
+    )
+
+
+def _refuse_clash(rig: Rig) -> Rig:
+    """The rig, or InputError where a column of its table would be both an input and an observable."""
+    clash = set(rig.observables) & set(case_file.flat(case_file.example(vars(rig))))
+    if clash:
+        raise InputError(f"{rig.file}: {', '.join(sorted(clash))} is both an input and an observable; rename one")
+    return rig
+
+
+def effect_from(module: ModuleType, where: Path, file: Path | None = None) -> Effect:
+    """The effect a module declares; `where` it was read, and its `file` where it is the user's own.
+
+    Raises
+    ------
+    InputError : a key is missing, the amount has no `absent` value, or a range is empty
+    """
+    declared: Mapping[str, Any] = module.EFFECT
+    wanted = ("name", "means", "formula", "parameters", "sides", "rigs", "signature", "source")
+    missing = [key for key in wanted if key not in declared]
+    if missing:
+        raise InputError(f"{where}: EFFECT lacks {', '.join(missing)}")
+    parameters_in = declared.get("parameters_in", {})
+    for parameters in (declared["parameters"], *parameters_in.values()):
+        _check_parameters(where, parameters)
+    scenes = {name: getattr(module, name) for name in SCENES if hasattr(module, name)}
+    seed = scenes.get("SEED_SCENE", {})
+    return Effect(
+        **{key: declared[key] for key in wanted},
+        parameters_in=parameters_in,
+        closed_form=getattr(module, "CLOSED_FORM", {}),
+        order=getattr(module, "ORDER", 1),
+        reading=seed["reading"] if set(seed) == {"reading"} else None,
+        file=file,
+        scenes=scenes,
+    )
+
+
+def _check_parameters(where: Path, parameters: Mapping[str, Mapping]) -> None:
+    for k, (name, quantity) in enumerate(parameters.items()):
+        needed = ("default" if k else "absent", "min", "max", "unit", "meaning")
+        absent = [key for key in needed if key not in quantity]
+        if absent:
+            raise InputError(f"{where}: parameter {name} lacks {', '.join(absent)}")
+        low, high = quantity.get("physical", (quantity["min"], quantity["max"]))
+        if not quantity["min"] <= low < high <= quantity["max"]:
+            raise InputError(f"{where}: parameter {name}: expected min <= physical range <= max, got {quantity}")

@@ -1,0 +1,300 @@
+"""Cases worked through on a Dask cluster: chunks of them go to the workers, rows come back into the one store here.
+
+A worker does with its chunk what `campaign` does on this machine, in a temporary folder of its own, so a case's row is
+the same to the byte, and no folder needs to be shared. Each worker is asked first whether its programs are the same as
+here. The chunk of a worker that is lost is given to another; when the scheduler is lost, what has no row yet is asked
+again of the one that comes back.
+"""
+
+import logging
+import tempfile
+import time
+from collections import deque
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+import pellet_study
+from pellet_study.errors import InputError, SimulationError, StudyError
+from pellet_study.rigs.declared import Rig, rig_in
+from pellet_study.rigs.on_yade import rigs_of
+from pellet_study.rigs.scripts import SCRIPTS
+from pellet_study.simulation import local, yade
+from pellet_study.simulation.store import Store
+from yade_scripts.case import Table, unsealed
+
+try:
+    from distributed import Client, Future
+except ImportError:
+    raise InputError("--scheduler needs Dask, which is not installed: pip install 'pellet-study[dask]'") from None
+
+log = logging.getLogger(__name__)
+POLL_S = 0.1
+LOOK_AT_WORKERS_S = 1.0
+CONNECT_LIMIT_S = 10.0
+SCHEMES = ("tcp://", "tls://", "ucx://", "ws://", "wss://")
+RETURN_LIMIT_S = 300.0  # a scheduler that was there is waited for so long, and a worker that can simulate
+MOST_IN_A_CHUNK = 100
+CHUNKS_A_THREAD = 4
+ATTEMPTS = 3  # workers that a chunk may lose before it is held against the chunk
+Files = dict[str, tuple[Path, tuple[Path, ...]]]  # of a rig's script, and of effects beyond its own, by the rig's name
+
+
+class SchedulerLost(Exception):
+    """The connection to the scheduler ended."""
+
+
+def expectation(rigs: Mapping[str, Rig]) -> dict[str, str]:
+    """What a worker must have in common with this machine to give the same rows: versions, and scripts of rigs."""
+    prints = {f"script of {name}": rig.fingerprint for name, rig in rigs.items()}
+    return {"pellet_study": pellet_study.__version__, "YADE": yade.version(), **prints}
+
+
+def user_files(rigs: Mapping[str, Rig]) -> Files:
+    """Files of the rigs that are the user's own, or have effects of the user's own; workers must see them too."""
+    return {
+        name: (rig.script, rig.extra)
+        for name, rig in rigs.items()
+        if rig.extra or not rig.script.is_relative_to(SCRIPTS)
+    }
+
+
+def rigs_here(names: Sequence[str], files: Files) -> dict[str, Rig]:
+    """Runs on a worker: rigs by name, the user's own from their files, others as this machine has them."""
+    given = {name: rig_in(file, effects) for name, (file, effects) in files.items()}
+    return rigs_of([{"rig": name} for name in names], given)
+
+
+def unfit(expected: dict[str, str], names: Sequence[str], files: Files) -> str | None:
+    """Runs on a worker: why it cannot simulate what is expected; None where it can."""
+    try:
+        found = expectation(rigs_here(names, files))
+    except (StudyError, OSError) as error:
+        return str(error)
+    differing = [what for what in expected if found[what] != expected[what]]
+    return f"has {differing[0]} {found[differing[0]]}, here {expected[differing[0]]}" if differing else None
+
+
+def chunk(cases: list[dict], files: Files, time_limit_s: float | None) -> dict[str, bytes]:
+    """Runs on a worker: the cases' lines by rig, as they stand in a store."""
+    rigs = rigs_here(sorted({case["rig"] for case in cases}), files)
+    with tempfile.TemporaryDirectory(prefix="pellet-study-") as folder, Store(Path(folder)) as store:
+        local.run(cases, store, rigs, 1, quiet=True, time_limit_s=time_limit_s)
+        return {name: store.table(rig).read_bytes() for name, rig in rigs.items()}
+
+
+def run(
+    cases: Sequence[dict],
+    store: Store,
+    rigs: Mapping[str, Rig],
+    scheduler: str,
+    *,
+    quiet: bool = False,
+    time_limit_s: float | None = None,
+) -> None:
+    """Simulate cases that have their id on a cluster; their rows stand in the store afterwards.
+
+    Parameters
+    ----------
+    scheduler : address of a running scheduler (`tcp://host:port`, `tls://...`), or `slurm:JOBS`, which submits that
+        many jobs as ~/.config/dask/jobqueue.yaml describes them
+
+    Raises
+    ------
+    InputError : no such scheduler, or nobody answers there
+    SimulationError : no worker can simulate, the scheduler does not come back, or cases have no result
+    """
+    from tqdm import tqdm
+
+    work = _Work(cases, store, rigs, time_limit_s)
+    with _Address(scheduler) as address:
+        work.bar = tqdm(total=len(cases), unit="case", desc="simulating", disable=True if quiet else None, leave=False)
+        try:
+            client = _connect(address, CONNECT_LIMIT_S)
+            if client is None:
+                raise InputError(f"no Dask scheduler answers at {address}; start one with `dask scheduler`")
+            while work.waiting:
+                try:
+                    with client:
+                        work.run(client)
+                except SchedulerLost:
+                    log.warning("lost the scheduler at %s; waiting for it to come back", address)
+                    client = _connect(address, RETURN_LIMIT_S)
+                    if client is None:
+                        raise SimulationError(
+                            f"the scheduler at {address} did not come back within {RETURN_LIMIT_S:g} s; "
+                            f"{len(cases) - len(work.left)} of {len(cases)} cases are kept in {store.folder}; call again"
+                        ) from None
+        finally:
+            work.bar.close()
+    if work.left:
+        raise SimulationError(
+            f"{len(work.left)} of {len(cases)} cases have no result ({work.reason}); "
+            f"the others are kept in {store.folder}; call again"
+        )
+
+
+class _Address:
+    """The scheduler's address; where SLURM is asked for, its jobs run from entering to leaving."""
+
+    def __init__(self, scheduler: str):
+        self.scheduler = scheduler
+        self.cluster: Any = None
+
+    def __enter__(self) -> str:
+        if self.scheduler.startswith(SCHEMES):
+            return self.scheduler
+        kind, _, jobs = self.scheduler.partition(":")
+        if kind != "slurm" or not (jobs.isdecimal() and int(jobs) > 0):
+            raise InputError(f"--scheduler {self.scheduler}: expected tcp://HOST:PORT, or slurm:JOBS, as slurm:8")
+        from dask_jobqueue import SLURMCluster
+
+        try:
+            self.cluster = SLURMCluster()
+        except (TypeError, ValueError) as error:
+            raise InputError(
+                f"--scheduler {self.scheduler}: cores, memory and walltime of a job are expected in "
+                f"~/.config/dask/jobqueue.yaml under jobqueue: slurm: ({error})"
+            ) from None
+        self.cluster.scale(jobs=int(jobs))
+        return self.cluster.scheduler_address
+
+    def __exit__(self, *_: object) -> None:
+        if self.cluster is not None:
+            self.cluster.close()
+
+
+def _connect(address: str, limit_s: float) -> Client | None:
+    """A client, or None where nobody answers in time."""
+    deadline = time.monotonic() + limit_s
+    while True:
+        try:
+            return Client(address, timeout=CONNECT_LIMIT_S, set_as_default=False)
+        except OSError:
+            if time.monotonic() > deadline:
+                return None
+            time.sleep(1.0)
+        except ValueError as error:
+            raise InputError(f"--scheduler {address}: {error}") from None
+
+
+class _Work:
+    """The cases of one call, and the chunks that are with workers."""
+
+    bar: Any = None
+
+    def __init__(self, cases: Sequence[dict], store: Store, rigs: Mapping[str, Rig], time_limit_s: float | None):
+        self.left = {case["id"]: case for case in cases}
+        self.waiting = deque(self.left.values())
+        self.store, self.time_limit_s = store, time_limit_s
+        self.rigs = {name: rigs[name] for name in sorted({case["rig"] for case in cases})}
+        self.expected, self.files = expectation(self.rigs), user_files(self.rigs)
+        self.lost: dict[str, int] = {}  # how often a case was with a worker that ended
+        self.reason = ""  # of the last case without a result
+
+    def run(self, client: Client) -> None:
+        """Have all that waits done, by the workers of one scheduler.
+
+        Raises
+        ------
+        SchedulerLost : it went away; what was with its workers waits again
+        SimulationError : no worker can simulate
+        """
+        threads: dict[str, int] = {}  # of the workers that can simulate
+        refused: dict[str, str] = {}
+        asked: dict[Future, tuple[str, list[dict]]] = {}
+        looked, able = 0.0, time.monotonic()
+        try:
+            while self.waiting or asked:
+                if client.status != "running":
+                    raise SchedulerLost
+                now = time.monotonic()
+                if now - looked > LOOK_AT_WORKERS_S:
+                    looked = now
+                    self._look(client, threads, refused)
+                    able = now if threads else able
+                    if (refused and not threads and not asked) or now - able > RETURN_LIMIT_S:
+                        why = next(iter(refused.values()), "none is there")
+                        raise SimulationError(f"no worker of the Dask scheduler can simulate: {why}")
+                for future, (worker, cases) in list(asked.items()):
+                    if future.status == "pending" and worker in threads:
+                        continue
+                    del asked[future]
+                    self._end(future, cases)
+                for worker, number in threads.items():
+                    for _ in range(number - sum(at == worker for at, _ in asked.values())):
+                        cases = self._next(sum(threads.values()))
+                        if cases:
+                            future = client.submit(
+                                chunk,
+                                cases,
+                                self.files,
+                                self.time_limit_s,
+                                workers=[worker],
+                                allow_other_workers=False,
+                                pure=False,
+                            )
+                            asked[future] = worker, cases
+                time.sleep(POLL_S)
+        except OSError as error:
+            if client.status == "running" and not isinstance(error, TimeoutError):
+                raise  # the disk here, not the connection
+            raise SchedulerLost from None
+        finally:
+            for _, cases in asked.values():
+                self.waiting.extend(case for case in cases if case["id"] in self.left)
+            if client.status == "running":
+                client.cancel(list(asked))
+
+    def _look(self, client: Client, threads: dict[str, int], refused: dict[str, str]) -> None:
+        """See which workers are there; ask those that are new whether they can simulate."""
+        there = client.nthreads()
+        for known in (threads, refused):
+            for gone in known.keys() - there.keys():
+                del known[gone]
+        new = [worker for worker in there if worker not in threads and worker not in refused]
+        if not new:
+            return
+        reasons = client.run(unfit, self.expected, list(self.rigs), self.files, workers=new, on_error="return")
+        for worker, reason in reasons.items():
+            if reason is None:
+                threads[worker] = there[worker]
+                continue
+            refused[worker] = _words(reason) if isinstance(reason, BaseException) else reason
+            log.warning("worker %s is left out: %s", worker, refused[worker])
+
+    def _next(self, threads: int) -> list[dict]:
+        """The next chunk; smaller ones towards the end, so that all workers end together."""
+        size = max(1, min(MOST_IN_A_CHUNK, len(self.waiting) // (CHUNKS_A_THREAD * threads)))
+        return [self.waiting.popleft() for _ in range(min(size, len(self.waiting)))]
+
+    def _end(self, future: Future, cases: list[dict]) -> None:
+        """A chunk came back, or its worker is gone."""
+        if future.status == "finished":
+            self._keep(future.result())
+            missing, why = [case for case in cases if case["id"] in self.left], "the worker returned no row"
+        elif future.status == "error":
+            missing, why = cases, _words(future.exception())
+        else:
+            future.cancel()
+            for case in cases:
+                self.lost[case["id"]] = self.lost.get(case["id"], 0) + 1
+            missing, why = [case for case in cases if self.lost[case["id"]] >= ATTEMPTS], "its workers ended"
+            self.waiting.extendleft(case for case in cases if self.lost[case["id"]] < ATTEMPTS)
+        self.reason = why if missing else self.reason
+        self.bar.update(sum(case["id"] not in self.left for case in cases))
+
+    def _keep(self, tables: dict[str, bytes]) -> None:
+        """Put lines that came back into the store, those of cases that were asked for."""
+        for name, lines in tables.items():
+            rig = self.rigs[name]
+            table = Table(self.store.table(rig), self.store.columns(rig), checked=True)
+            for line in lines.splitlines():
+                body = unsealed(line)
+                if body and self.left.pop(body.split(b",", 1)[0].decode(errors="replace"), None):
+                    table.add(line + b"\n")
+
+
+def _words(error: BaseException) -> str:
+    """An exception of a worker in one line."""
+    return " ".join(str(error).split())[:300] or type(error).__name__

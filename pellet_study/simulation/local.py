@@ -1,0 +1,303 @@
+"""Cases worked through by YADE processes of this machine: one a core, each working through many cases.
+
+A process claims one case after the other from a file all processes share and appends each row to the store as it is
+known. So nothing is lost when anything is killed: asked again, only what has no row is computed.
+"""
+
+import errno
+import json
+import os
+import shutil
+import signal
+import subprocess
+import tempfile
+import time
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from pellet_study.errors import SimulationError
+from pellet_study.rigs.declared import Rig
+from pellet_study.rigs.scripts import SCRIPTS, fingerprint
+from pellet_study.simulation import yade
+from pellet_study.simulation.store import Store
+from yade_scripts.case import CANNOT_GO_ON, CLAIM_BYTES, NO_MEMORY, Table, flat, one_line
+
+POLL_S = 0.05
+START_LIMIT_S = 120.0
+TOOK_LONGER = "took longer than its time limit of"
+LEAST_SPACE = 65536  # bytes; less is a full disk
+BAD_ALLOC = "std::bad_alloc"
+NOISE = (
+    "Welcome to Yade",
+    "Using python version",
+    "XMLRPC",
+    "TCP python prompt",
+    "Running script",
+    "Master:",
+)
+
+
+def cores() -> int:
+    """Number of cores this process may use."""
+    return len(os.sched_getaffinity(0))
+
+
+def run(
+    cases: Sequence[dict],
+    store: Store,
+    rigs: Mapping[str, Rig],
+    workers: int,
+    *,
+    quiet: bool = False,
+    time_limit_s: float | None = None,
+) -> None:
+    """Simulate cases that have their id; their rows stand in the store afterwards.
+
+    Raises
+    ------
+    SimulationError : YADE ends before its first case, or the machine ran out of disk or memory
+    """
+    _Campaign(list(cases), store, rigs, workers, quiet, time_limit_s).run()
+
+
+class _Worker:
+    """A YADE process, its log, and the case it is at."""
+
+    def __init__(self, number: int, process: subprocess.Popen, log: Path, held: int):
+        self.name, self.process, self.log = f"w{number}", process, log
+        self.held = held  # our end of its lifeline
+        self.index: int | None = None  # of the case it claimed last
+        self.since = time.monotonic()
+        self.reason: str | None = None  # why it was killed
+
+    def kill(self, reason: str | None = None) -> None:
+        self.reason = reason
+        try:
+            os.killpg(self.process.pid, signal.SIGKILL)
+        except ProcessLookupError:
+            pass
+
+    def last_words(self) -> str:
+        """The last line the simulator wrote that is not its usual banner."""
+        lines = self.log.read_text(errors="replace").splitlines()
+        said = [line.strip() for line in lines if line.strip() and not line.startswith(NOISE)]
+        return one_line(said[-1]) if said else "no last words"
+
+
+class _Claims:
+    """The file in which processes claim cases, read on from where it was read last."""
+
+    def __init__(self, file: Path):
+        self.file, self._read = file, 0
+        self._last: dict = {}
+        file.touch()
+
+    def number(self) -> int:
+        """Number of cases claimed."""
+        return self.file.stat().st_size // CLAIM_BYTES
+
+    def read(self) -> dict[str, int]:
+        """The case each process claimed last."""
+        with open(self.file, "rb") as stream:
+            stream.seek(self._read * CLAIM_BYTES)
+            new = stream.read()
+        for start in range(0, len(new) - CLAIM_BYTES + 1, CLAIM_BYTES):
+            self._last[new[start : start + CLAIM_BYTES].decode().strip()] = self._read
+            self._read += 1
+        return self._last
+
+
+class _Campaign:
+    """The cases of one call, worked through by YADE processes."""
+
+    def __init__(
+        self,
+        cases: list[dict],
+        store: Store,
+        rigs: Mapping[str, Rig],
+        workers: int,
+        quiet: bool,
+        limit_s: float | None,
+    ):
+        self.cases, self.store, self.most, self.quiet = cases, store, min(workers, len(cases)), quiet
+        self.limit_s = limit_s
+        self.rigs = {name: rigs[name] for name in dict.fromkeys(case["rig"] for case in cases)}
+        self.folder = Path(tempfile.mkdtemp(prefix="campaign-", dir=store.folder))
+        self.tables = {name: store.table(rig) for name, rig in self.rigs.items()}
+        self.seen = {name: table.stat().st_size if table.exists() else 0 for name, table in self.tables.items()}
+        self.failed, self.started = 0, 0
+        self.finished: set[str] = set()
+        self.wanted = {case["id"] for case in cases}
+        self.running: list[_Worker] = []
+        self.short_of_memory: dict[str, str] = {}
+
+    def run(self) -> None:
+        """Work until every case has a row."""
+        from tqdm import tqdm
+
+        bar = tqdm(
+            total=len(self.cases),
+            unit="case",
+            desc="simulating",
+            disable=True if self.quiet else None,
+            leave=False,
+        )
+        try:
+            crashed = self._work(self.cases, bar)
+            for case, _ in crashed:  # alone: a neighbour's fault or a passing shortage is not held against it
+                for again, reason in self._work([case], bar):
+                    if again["id"] not in self.short_of_memory:
+                        self._record(again, reason)
+                        self._count(bar)
+        finally:
+            for worker in self.running:
+                worker.kill()
+            for worker in self.running:
+                worker.process.wait()
+                os.close(worker.held)
+            bar.close()
+            shutil.rmtree(self.folder, ignore_errors=True)
+        short = [reason for name, reason in self.short_of_memory.items() if name not in self.finished]
+        if short:
+            raise SimulationError(
+                f"{len(short)} of {len(self.cases)} cases were killed, most likely for want of memory ({short[0]}); the "
+                f"others are kept in {self.store.folder}. Close other programs, or give them more memory, and call again"
+            )
+
+    def _work(self, cases: list[dict], bar: Any) -> list[tuple[dict, str]]:
+        """Work through a list; returns the cases that crashed YADE, with the reason."""
+        folder = Path(tempfile.mkdtemp(dir=self.folder))
+        claims = _Claims(folder / "claims")
+        task = {
+            "rigs": {
+                name: {"file": str(rig.script), "effects": [str(file) for file in rig.extra], "table": str(table)}
+                for (name, rig), table in zip(self.rigs.items(), self.tables.values(), strict=True)
+            },
+            "timings": str(self.store.folder / "timings.csv"),
+            "claims": str(claims.file),
+            "cases": cases,
+        }
+        (folder / "campaign.json").write_text(json.dumps(task))
+        crashed: list[tuple[dict, str]] = []
+        while True:
+            for _ in range(min(self.most - len(self.running), len(cases) - claims.number())):
+                self._start(folder)
+            if not self.running:
+                return crashed
+            time.sleep(POLL_S)
+            ended = [worker for worker in self.running if worker.process.poll() is not None]
+            self._watch(claims, cases)
+            self._count(bar)
+            for worker in ended:
+                self.running.remove(worker)
+                os.close(worker.held)
+                crash = self._end(worker, cases)
+                if crash:
+                    crashed.append(crash)
+
+    def _start(self, folder: Path) -> None:
+        for rig in self.rigs.values():
+            if fingerprint(rig.script, rig.extra) != rig.fingerprint:
+                raise SimulationError(f"{rig.script.name} or what it imports changed while it was running; call again")
+        self.started += 1
+        log = folder / f"w{self.started}.log"
+        lifeline, held = os.pipe()
+        with open(log, "wb") as output:
+            process = subprocess.Popen(
+                yade.command(SCRIPTS / "case.py", str(folder / "campaign.json")),
+                stdin=subprocess.DEVNULL,
+                stdout=output,
+                stderr=subprocess.STDOUT,
+                cwd=folder,
+                env=yade.environment(
+                    str(folder),
+                    PELLET_STUDY_WORKER=f"w{self.started}",
+                    PELLET_STUDY_LIFELINE=str(lifeline),
+                ),
+                pass_fds=[lifeline, self.store.lock],  # so the store stays held until the last process has ended
+                start_new_session=True,
+            )
+        os.close(lifeline)
+        self.running.append(_Worker(self.started, process, log, held))
+
+    def _watch(self, claims: _Claims, cases: list[dict]) -> None:
+        """See which case each process is at; kill a process whose case, or whose start, takes too long."""
+        now = time.monotonic()
+        last = claims.read()
+        for worker in self.running:
+            index = last.get(worker.name)
+            if index != worker.index:
+                worker.index, worker.since = index, now
+            limit = START_LIMIT_S if index is None else self._limit_s(cases[index])
+            if now - worker.since > limit and worker.reason is None:
+                what = "YADE did not start within" if index is None else TOOK_LONGER
+                worker.kill(f"{what} {limit:g} s")
+
+    def _limit_s(self, case: dict) -> float:
+        return self.limit_s or self.rigs[case["rig"]].time_limit_s
+
+    def _count(self, bar: Any) -> None:
+        """Read the rows that are new in the tables."""
+        for name, table in self.tables.items():
+            if not table.exists() or table.stat().st_size <= self.seen[name]:
+                continue
+            with open(table, "rb") as stream:
+                stream.seek(self.seen[name])
+                new = stream.read()
+            new = new[: new.rfind(b"\n") + 1]
+            self.seen[name] += len(new)
+            for line in new.splitlines():
+                name = line.split(b",", 1)[0].decode(errors="replace")
+                if name in self.wanted:
+                    self.finished.add(name)
+                    self.failed += not line[: line.rfind(b",")].endswith(b",ok")
+                    bar.update()
+        bar.set_postfix(running=len(self.running), failed=self.failed, refresh=False)
+
+    def _end(self, worker: _Worker, cases: list[dict]) -> tuple[dict, str] | None:
+        """A process ended: nothing to say, a case it did not finish and why, or a YADE that does not run."""
+        code = worker.process.returncode
+        reason = worker.reason or f"crashed YADE ({_ending(code)}): {worker.last_words()}"
+        full = code != 0 and _space(self.store.folder) < LEAST_SPACE  # then its log is lost as well
+        if full or code == CANNOT_GO_ON:
+            words = os.strerror(errno.ENOSPC) if full else worker.last_words()
+            raise SimulationError(
+                f"a simulation could not go on: {words}. Finished cases are kept in {self.store.folder}; "
+                "mend it (make room on the disk, or install a complete YADE) and call again"
+            )
+        if worker.index is None:
+            if code == 0:
+                return None
+            raise SimulationError(
+                f"YADE ended before its first case: {reason}. "
+                f"Try it by hand: {' '.join(yade.command(SCRIPTS / 'rebound.py', '--example', 'cases.json'))}"
+            )
+        case = cases[worker.index]
+        if worker.reason is None and (
+            code in (NO_MEMORY, -signal.SIGKILL, 128 + signal.SIGKILL) or BAD_ALLOC in reason
+        ):
+            self.short_of_memory[case["id"]] = reason
+        else:
+            self.short_of_memory.pop(case["id"], None)
+        return None if case["id"] in self.finished else (case, reason)
+
+    def _record(self, case: dict, reason: str) -> None:
+        """Store a failure YADE could not store itself; it is counted like any other row."""
+        names = self.store.columns(self.rigs[case["rig"]])
+        Table(self.tables[case["rig"]], names, checked=True).append({**flat(case), "status": reason})
+
+
+def _space(folder: Path) -> int:
+    """Free bytes on the disk of a folder."""
+    disk = os.statvfs(folder)
+    return disk.f_bavail * disk.f_frsize
+
+
+def _ending(code: int) -> str:
+    """How a process ended, in words; a shell between reports a signal as 128 + its number."""
+    number = -code if code < 0 else code - 128
+    try:
+        return signal.Signals(number).name
+    except ValueError:
+        return f"exit status {code}"

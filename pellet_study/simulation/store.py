@@ -1,0 +1,81 @@
+"""Finished cases, kept as CSV rows in a folder: one table a rig, appended by the YADE processes as they finish."""
+
+import fcntl
+import hashlib
+import io
+import json
+import logging
+import os
+import shutil
+from collections.abc import Mapping
+from pathlib import Path
+
+import pandas as pd
+
+from pellet_study.errors import InputError
+from pellet_study.rigs.declared import Rig
+from pellet_study.simulation import yade
+from yade_scripts import case as case_file
+
+log = logging.getLogger(__name__)
+READ_AS_TEXT = {"id": str, "status": str, "contact_law": str}
+
+
+def key(case: Mapping, rig: Rig) -> str:
+    """The id of a rig's case: a hash of everything the answer depends on (case, scripts, YADE version)."""
+    inputs = {name: value for name, value in case.items() if name != "id"}
+    text = json.dumps([inputs, rig.fingerprint, yade.version()], sort_keys=True)
+    return hashlib.sha256(text.encode()).hexdigest()[:20]
+
+
+class Store:
+    """The folder of finished cases; `with store:` holds it for one writer at a time."""
+
+    def __init__(self, folder: Path):
+        self.folder = Path(folder).resolve()
+
+    def __enter__(self) -> "Store":
+        self.folder.mkdir(parents=True, exist_ok=True)
+        self.lock = os.open(self.folder / "lock", os.O_RDWR | os.O_CREAT, 0o644)
+        try:
+            fcntl.flock(self.lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except BlockingIOError:
+            log.warning("waiting for another pellet-study that works in %s", self.folder)
+            fcntl.flock(self.lock, fcntl.LOCK_EX)
+        for left in self.folder.glob("campaign-*"):  # of a driver that was killed
+            shutil.rmtree(left, ignore_errors=True)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        os.close(self.lock)
+
+    def columns(self, rig: Rig) -> list[str]:
+        """Columns of a rig's table."""
+        return case_file.columns(vars(rig))
+
+    def table(self, rig: Rig) -> Path:
+        """File of a rig's table; another set of columns is another file."""
+        names = hashlib.sha256(",".join(self.columns(rig)).encode()).hexdigest()[:8]
+        return self.folder / f"{rig.name}-{names}.csv"
+
+    def rows(self, rig: Rig) -> pd.DataFrame:
+        """What is stored for a rig, indexed by id; torn, altered or foreign lines are left out."""
+        names, file = self.columns(rig), self.table(rig)
+        if file.exists() and not file.is_file():
+            raise InputError(f"{file}: expected a table of finished cases, found something else; move it away")
+        lines = file.read_bytes().split(b"\n")[1:] if file.exists() else []
+        whole = [body for body in map(case_file.unsealed, lines) if body]
+        lost = len(lines) - len(whole) - (not (lines and lines[-1]))
+        if lost > 0:
+            log.warning("%s: %s damaged or foreign lines are left out, their cases computed again", file, lost)
+        if not whole:
+            return pd.DataFrame(columns=names).set_index("id")
+        found = pd.read_csv(
+            io.BytesIO(b"\n".join(whole)),
+            header=None,
+            names=names,
+            dtype=READ_AS_TEXT,
+            keep_default_na=False,
+            na_values={name: [""] for name in names},
+        )
+        return found.drop_duplicates("id", keep="last").set_index("id")

@@ -1,0 +1,134 @@
+"""The YADE executable: which one, which version, in what environment it is started."""
+
+import json
+import os
+import re
+import shutil
+import subprocess
+import tempfile
+from functools import cache
+from pathlib import Path
+
+import yade_scripts
+from pellet_study.errors import InputError, SimulationError
+
+OLDEST = 2023  # year of the first version whose Mindlin law has the damping the rigs were checked with
+# what another Python, a locale, an MPI or batch system leaves in the environment and YADE would take for its own
+LEAKS = (
+    "PYTHON",
+    "IPYTHON",
+    "VIRTUAL_ENV",
+    "CONDA",
+    "LC_",
+    "OMP_",
+    "GOMP_",
+    "KMP_",
+    "OMPI_",
+    "PMI",
+    "SLURM_",
+    "DISPLAY",
+)
+SYSTEM_PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
+
+
+@cache
+def executable() -> str:
+    """Path of YADE: $PELLET_STUDY_YADE, else yadedaily, else yade.
+
+    Raises
+    ------
+    InputError : there is none
+    """
+    named = os.environ.get("PELLET_STUDY_YADE")
+    for name in [named] if named else ["yadedaily", "yade"]:
+        path = shutil.which(name)
+        if path:
+            return str(Path(path).absolute())
+    if named:
+        raise InputError(
+            f"PELLET_STUDY_YADE is {named!r}, which is no executable; set it to the yade command or unset it"
+        )
+    raise InputError(
+        "YADE was not found: neither yadedaily nor yade is on the PATH. On Debian or Ubuntu: apt-get install yade "
+        "(`make study` does it); elsewhere set PELLET_STUDY_YADE to the command"
+    )
+
+
+@cache
+def version() -> str:
+    """Version as YADE reports it, for example `2023.02a`.
+
+    Raises
+    ------
+    SimulationError : YADE does not start
+    """
+    with tempfile.TemporaryDirectory(prefix="pellet-study-") as home:
+        found = subprocess.run(
+            [executable(), "--version"],
+            capture_output=True,
+            text=True,
+            errors="replace",
+            env=environment(home),
+            stdin=subprocess.DEVNULL,
+        )
+    words = [line.split(":", 1)[1] for line in found.stdout.splitlines() if line.startswith("Yade version:")]
+    if found.returncode or not words:
+        raise SimulationError(f"{executable()} --version failed: {(found.stderr or found.stdout).strip()[-500:]}")
+    return words[0].strip().split(",")[0]
+
+
+def lacks() -> dict[str, str]:
+    """{what this YADE lacks of what the contact laws use: what that costs}.
+
+    Raises
+    ------
+    SimulationError : YADE does not run
+    """
+    script = Path(yade_scripts.__file__).with_name("build.py")
+    with tempfile.TemporaryDirectory(prefix="pellet-study-") as home:
+        answer = Path(home) / "lacks.json"
+        found = subprocess.run(
+            command(script, str(answer)),
+            capture_output=True,
+            text=True,
+            errors="replace",
+            env=environment(home),
+            stdin=subprocess.DEVNULL,
+        )
+        if found.returncode or not answer.exists():
+            raise SimulationError(
+                f"{executable()} does not run a script: {(found.stderr or found.stdout).strip()[-500:]}"
+            )
+        return json.loads(answer.read_text())
+
+
+def refuse_old() -> None:
+    """Nothing is simulated with a version whose contact laws are others.
+
+    Raises
+    ------
+    InputError : the version is older than the rigs can use
+    """
+    year = re.match(r"(\d{4})", version())
+    if year and int(year[1]) < OLDEST:
+        raise InputError(
+            f"{executable()} is YADE {version()}; expected {OLDEST} or newer: older contact laws damp a collision "
+            "differently. Install a newer one, or name it in PELLET_STUDY_YADE"
+        )
+
+
+def environment(home: str, **more: str) -> dict[str, str]:
+    """Environment for a YADE process: nothing of a virtual environment, no listening servers, one thread.
+
+    YADE opens a python prompt and an XMLRPC server on every interface unless it believes to be a process of an MPI
+    run; OMPI_COMM_WORLD_RANK makes it believe so, from the start.
+    """
+    kept = {name: value for name, value in os.environ.items() if not name.startswith(LEAKS)}
+    path = SYSTEM_PATH + ":" + os.environ.get("PATH", "")
+    kept.update(HOME=home, PATH=path, LC_ALL="C.UTF-8", OMP_NUM_THREADS="1", OMPI_COMM_WORLD_RANK="0")
+    return {**kept, "PYTHONDONTWRITEBYTECODE": "1", **more}
+
+
+def command(script: Path, *arguments: str) -> list[str]:
+    """Arguments that run a script in YADE: exit afterwards, no window, one thread."""
+    return [executable(), "-x", "-n", "-j1", str(script), *arguments]

@@ -1,0 +1,216 @@
+"""Cohesive-frictional grains that dissipate at the contact: every grain is a stack of concentric spheres.
+
+No law of YADE has a damper that cannot pull, friction, rolling resistance and cohesion at once. Here each has a law of its
+own, between spheres that meet only those of their layer; a clump sums the forces up. At an overlap x of two grains, with
+k = E R the stiffness of the contact, F the JKR pull-off force and a the `adhesion_load`:
+
+| layer | force | carries |
+|---|---|---|
+| elastic | (k/a) x | friction a mu and rolling friction a mu_r on its own force |
+| attraction | -F | adhesion, as long as they touch |
+| damper | max(0, (1 - 1/a) k (x - x0) + c dx/dt) where x > x0 = a F/k | restitution |
+| particle | Hertz-Mindlin with the walls only | the particle-wall pair |
+
+Without a load (N = 0) the grains overlap by x0, the elastic layer carries F, and both limits are a mu F and a mu_r R F; under
+a load N it carries F + N/a, so that they are mu (N + a F) and mu_r R (N + a F). a = 2 is what Thornton & Yin 1991
+(doi:10.1016/0032-5910(91)80178-L) derive for JKR contacts. The damper acts in compression alone (N > 0): it neither adds to
+the pull-off force nor takes energy while the adhesion is overcome. Two grains that part lose the energy of adhesion
+a F^2/(2 k), so that an impact at the speed v ends at sqrt(e^2 (v^2 + w) - w), w = a F^2/(k m*), or sticks.
+
+Nothing is damped outside contacts.
+"""
+
+from functools import cache
+from math import atan, pi, sqrt
+
+import numpy as np
+
+from yade_scripts.contacts import (
+    Contacts,
+    Layer,
+    Material,
+    Pair,
+    hertz_mindlin,
+    pull_off_force,
+    stiffness_ratio,
+)
+
+ELASTIC, DAMPER, ATTRACTION = 2, 4, 8  # groups of bodies
+ADHESION_LOAD = 2.0
+THIN = 1e-6  # density of the layers beside the particle's, as a share of it
+SOFT = 1e-3  # stiffness of the attraction, as a share of the contact's
+REFERENCE_RESTITUTION = 0.3  # from which on the time step is not cut
+PHASES = 16  # of the first step in a contact
+
+
+def rebound(ratio: float, share: float, step: float) -> np.ndarray:
+    """Restitution of x'' = -(1 - share) x - max(0, share x + 2 beta x') in leapfrog steps, one for each phase of the first.
+
+    The steps are YADE's: the damper reads the velocity half a step before the overlap. nan where it is not stable.
+
+    Parameters
+    ----------
+    ratio : beta, damper over its critical value
+    share : of the stiffness that the damper's spring has
+    step : time step times the contact's angular frequency
+    """
+    overlap = (np.arange(PHASES) + 0.5) / PHASES * step
+    speed, left = np.ones(PHASES), np.full(PHASES, np.nan)
+    for _ in range(int(40 * (1 + ratio) / step)):
+        speed = speed - step * ((1 - share) * overlap + np.maximum(0.0, share * overlap + 2 * ratio * speed))
+        overlap = overlap + step * speed
+        parted = (overlap <= 0) & np.isnan(left)
+        left[parted] = -speed[parted]
+        if not np.isnan(left).any():
+            break
+        speed[overlap <= 0] = overlap[overlap <= 0] = 0.0
+    return left
+
+
+@cache
+def damping_ratio(restitution: float, share: float, step: float) -> float:
+    """Damping ratio with which a contact has a restitution, in the mean over the phases, at a time step (as in `rebound`).
+
+    Raises
+    ------
+    ValueError : the step is longer than half the stable one, where a stronger damper does not dissipate more
+    """
+    low, high = 1e-4, 0.5 * (1 / step - step)
+    if rebound(high, share, step).mean() > restitution:
+        raise ValueError(
+            f"restitution {restitution:g}: the time step is too long for its damper; a smaller time_step_fraction is needed"
+        )
+    for _ in range(40):
+        middle = sqrt(low * high)
+        low, high = (middle, high) if rebound(middle, share, step).mean() > restitution else (low, middle)
+    return sqrt(low * high)
+
+
+@cache
+def longest_step(restitution: float, share: float) -> float:
+    """Stable time step of one contact times its angular frequency, 2 (sqrt(1 + beta^2) - beta).
+
+    Damped central differences (Belytschko, Liu & Moran 2000, ISBN 978-0-471-98774-1).
+    """
+    ratio = damping_ratio(restitution, share, 0.01)
+    return 2 * (sqrt(1 + ratio**2) - ratio)
+
+
+def step_share(restitution: float, adhesion_load: float = ADHESION_LOAD) -> float:
+    """Share of the time step that a restitution leaves: 1 from 0.3 on, at a = 2 0.48 at 0.15 and 0.15 at 0.05."""
+    share = 1 - 1 / adhesion_load
+    return min(1.0, longest_step(restitution, share) / longest_step(REFERENCE_RESTITUTION, share))
+
+
+def stiffness(radius: float, material: Material) -> float:
+    """k = E R of two equal spheres, N/m."""
+    return material.young * radius
+
+
+def cohesive_frictional_restitution(
+    particle: Material,
+    wall: Material,
+    particle_wall: Pair,
+    particle_particle: Pair,
+    rolling_stiffness: float = 0.0,
+    radius: float = 0.0,
+    time_step: float = 0.0,
+    adhesion_load: float = ADHESION_LOAD,
+) -> Contacts:
+    """The layers of a grain, and the functors of all pairs; see the table above.
+
+    Parameters
+    ----------
+    rolling_stiffness : of the walls' contacts below the limit, N m/rad
+    radius : of the particles, m (the mean, where sizes are spread)
+    time_step : s, for which the damper is made
+    adhesion_load : a > 1, load that adhesion adds to both limits, in pull-off forces
+    """
+    from yade import (
+        CohFrictMat,
+        Ig2_Box_Sphere_ScGeom6D,
+        Ig2_Facet_Sphere_ScGeom6D,
+        Ig2_Sphere_Sphere_ScGeom6D,
+        Ip2_CohFrictMat_CohFrictMat_CohFrictPhys,
+        Ip2_ViscElMat_ViscElMat_ViscElPhys,
+        Law2_ScGeom6D_CohFrictPhys_CohesionMoment,
+        Law2_ScGeom_ViscElPhys_Basic,
+        ViscElMat,
+    )
+
+    pair, share = particle_particle, 1 - 1 / adhesion_load
+    whole, half_mass = stiffness(radius, particle), 0.5 * particle.density * 4 / 3 * pi * radius**3
+    ratio = damping_ratio(pair.restitution, share, time_step * sqrt(whole / half_mass))
+    damper = 2 * ratio * sqrt(half_mass * whole)
+    adhesive = pair.surface_energy > 0
+    elastic = 1 / adhesion_load - (SOFT if adhesive else 0.0)  # share of the stiffness
+    inset = 0.5 * adhesion_load * pull_off_force(pair.surface_energy, radius / 2) / whole
+    walls = hertz_mindlin(particle, wall, particle_wall, rolling_stiffness=rolling_stiffness)
+    none = {"fragile": False, "isCohesive": False, "normalCohesion": 0.0, "shearCohesion": 0.0, "alphaKtw": 0.0}
+    friction = CohFrictMat(
+        density=THIN * particle.density,
+        young=elastic * particle.young,
+        poisson=stiffness_ratio(particle) / elastic,
+        frictionAngle=atan(pair.static_friction / elastic),
+        momentRotationLaw=True,
+        alphaKr=0.5,
+        etaRoll=pair.rolling_friction / elastic,
+        etaTwist=0.0,
+        **none,
+    )
+    viscous = ViscElMat(
+        density=THIN * particle.density, kn=2 * share * whole, cn=2 * damper, ks=0.0, cs=0.0, frictionAngle=0.0
+    )
+    layers = [Layer(friction, ELASTIC), Layer(viscous, DAMPER, inset)]
+    if adhesive:
+        sticky = none | {"fragile": True, "isCohesive": True, "normalCohesion": 1.0, "shearCohesion": 1.0}
+        attraction = CohFrictMat(
+            density=THIN * particle.density,
+            young=SOFT * particle.young,
+            poisson=0.0,
+            frictionAngle=0.0,
+            alphaKr=0.0,
+            etaRoll=0.0,
+            etaTwist=0.0,
+            **sticky,
+        )
+        layers.append(Layer(attraction, ATTRACTION))
+
+    def born(contact) -> None:
+        if getattr(contact.phys, "normalAdhesion", 0.0) > 0:
+            _attract(contact, pair.surface_energy)
+
+    return Contacts(
+        walls.particle,
+        walls.wall,
+        [Ig2_Sphere_Sphere_ScGeom6D(), Ig2_Box_Sphere_ScGeom6D(), Ig2_Facet_Sphere_ScGeom6D()],
+        [
+            *walls.physics,
+            Ip2_CohFrictMat_CohFrictMat_CohFrictPhys(setCohesionOnNewContacts=True),
+            Ip2_ViscElMat_ViscElMat_ViscElPhys(),
+        ],
+        [
+            *walls.law,
+            Law2_ScGeom6D_CohFrictPhys_CohesionMoment(useIncrementalForm=True, always_use_moment_law=True),
+            Law2_ScGeom_ViscElPhys_Basic(),
+        ],
+        damping=0.0,
+        born=born if adhesive else None,
+        layers=tuple(layers),
+        looks_every=2,
+    )
+
+
+def _attract(contact, surface_energy: float) -> None:
+    """Move the origin of a contact's soft spring so that it pulls with F, and make up for the steps since the touch."""
+    from yade import O
+
+    phys, geom = contact.phys, contact.geom
+    force = pull_off_force(surface_energy, geom.refR1 * geom.refR2 / (geom.refR1 + geom.refR2))
+    phys.unp = force / phys.kn
+    phys.normalAdhesion = force * (1 + 1e-6)  # ends where the grains part
+    missed = force * O.dt * (O.iter - contact.iterMadeReal)
+    for number, sign in ((contact.id1, 1), (contact.id2, -1)):
+        state = O.bodies[O.bodies[number].clumpId].state
+        if not state.blockedDOFs:
+            state.vel += geom.normal * (sign * missed / state.mass)
