@@ -259,7 +259,7 @@ def test_what_other_programs_write_is_read(tmp_path, change):
     text = f"{HEAD}\n{row}\n"
     path = folder(tmp_path / "study", rows=text)
     (path / "measurements.csv").write_bytes(change(text))
-    rows = load.load(path).rows
+    rows = load(path).rows
     assert [(r.value, r.conditions["layer_height_mm"]) for r in rows] == [(30.5, 20.0)]
 
 
@@ -271,7 +271,7 @@ def test_a_workbook_of_measurements_is_read(tmp_path):
     for row in ([*HEAD.split(","), "sd"], ["layer_on_incline", "slip_angle_deg", 30.5, 20, "#N/A"]):
         book.active.append(row)
     book.save(path / "readings.xlsx")
-    row = load.load(path).rows[0]
+    row = load(path).rows[0]
     assert (row.value, row.conditions["layer_height_mm"], row.sd) == (30.5, 20.0, None)
 
 

@@ -6,7 +6,11 @@
 """
 
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pellet_study.bench.chain import BenchResult, calibrate
+    from pellet_study.bench.seeds import Seeds
 
 __all__ = ["BenchResult", "Seeds", "calibrate"]
 _HOMES = {"BenchResult": "chain", "Seeds": "seeds", "calibrate": "chain"}

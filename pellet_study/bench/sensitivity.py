@@ -69,14 +69,14 @@ def numerics_table(store: Path, quiet: bool = False) -> pd.DataFrame:
     mean or twice the standard error of the difference, whichever is larger.
     """
     variants = list(numerics_variants())
-    settings: list = []
+    settings: list[Setting] = []
     for rig, _, numerics in variants:
         parameters = CALIBRATED | (NO_FRICTION if rig == "rebound" else {})
         if rig == "slope_slip":
             parameters = parameters | {"seed_powder_rolling_friction": 0.0}
         settings.append((rig, parameters, {}, numerics, SEEDS[rig]))
-    rows: list = []
-    default: dict = {}
+    rows: list[dict[str, object]] = []
+    default: dict[str, Mean] = {}
     for (rig, change, _), mean in zip(variants, means(settings, store, quiet), strict=True):
         default.setdefault(rig, mean)
         difference = mean.value - default[rig].value
@@ -111,7 +111,9 @@ def omissions_table(store: Path, quiet: bool = False) -> pd.DataFrame:
         "a2 on": {"seed_powder_rolling_friction": 0.0},
         "a2 and a3 on": {},
     }
-    settings: list = [("rebound", CALIBRATED | change, {}, {}, SEEDS["rebound"]) for change in variants.values()]
+    settings: list[Setting] = [
+        ("rebound", CALIBRATED | change, {}, {}, SEEDS["rebound"]) for change in variants.values()
+    ]
     found = means(settings, store, quiet)
     return pd.DataFrame(
         [
@@ -140,7 +142,7 @@ def apparatus_table(store: Path, quiet: bool = False, seeds: int = 16) -> pd.Dat
     for slope, release in product((31.0, 33.0, 35.0), (300.0, 400.0, 500.0)):
         rows = [({"seed_powder_rolling_friction": float(x)}, float(y)) for _, x, y in printed]
         trials.append(("inclined_roll", {"slope_deg": slope, "release_distance_mm": release}, rows))
-    settings: list = [
+    settings: list[Setting] = [
         (rig, CALIBRATED | (NO_FRICTION if rig == "rebound" else {}) | change, conditions, {}, seeds)
         for rig, conditions, rows in trials
         for change, _ in rows

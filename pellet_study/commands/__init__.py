@@ -24,7 +24,7 @@ COMMANDS = {
     "angle": "the repose angle of a heap from photographs",
     "report": "one self-contained HTML page about a study",
     "challenge": "hidden-effect trials: is the effect that was hidden the one that is named?",
-    "audit": "recompute the printed numbers of the source paper",
+    "audit": "recompute the printed numbers of the source paper, or of a paper that a folder describes",
 }
 
 SIMULATING = ("doctor", "bench", "calibrate", "compare", "diagnose", "add", "drop", "refine", "challenge")

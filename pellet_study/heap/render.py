@@ -4,20 +4,27 @@ Nothing but numpy; `picture` gives an array to show or save. Grains come from a 
 from (centres, radii), as particles.py and the rigs give them.
 """
 
+from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 import numpy as np
 import pandas as pd
+from numpy.typing import ArrayLike
 
 from pellet_study.errors import InputError
 from pellet_study.output import style
 from pellet_study.output.style import styled
 from yade_scripts import heap
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 COLUMNS = ("x_m", "y_m", "z_m", "radius_m")
 GRAIN = (0.86, 0.78, 0.62)  # soybean meal and diatomaceous earth
 SEED = (0.66, 0.52, 0.28)
 PLATE = (0.93, 0.935, 0.94)
+Camera = tuple[np.ndarray, np.ndarray, np.ndarray]  # unit vectors: right, up, towards the camera
 LIGHT_FROM = np.array([-0.45, 0.62, 0.64])  # to the right, up and towards the camera
 
 
@@ -38,7 +45,7 @@ def read_grains(file: Path) -> tuple[np.ndarray, np.ndarray]:
     return grains[:, :3], grains[:, 3]
 
 
-def without_strays(centres, radii):
+def without_strays(centres: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """The grains of a heap without the few that rolled far from it: those within 1.3 times the distance of 96 % of them."""
     distance = np.hypot(*(centres[:, :2] - np.median(centres[:, :2], axis=0)).T)
     near = distance <= 1.3 * np.quantile(distance, 0.96)
@@ -46,8 +53,8 @@ def without_strays(centres, radii):
 
 
 def picture(
-    centres, radii, *, width: int = 900, azimuth_deg: float = 30.0, elevation_deg: float = 12.0,
-    colour=GRAIN, plate: float | None = 0.0, vary: float = 0.07, margin: float = 0.06,
+    centres: ArrayLike, radii: ArrayLike, *, width: int = 900, azimuth_deg: float = 30.0, elevation_deg: float = 12.0,
+    colour: Sequence[float] = GRAIN, plate: float | None = 0.0, vary: float = 0.07, margin: float = 0.06,
 ) -> np.ndarray:  # fmt: skip
     """Grains seen from a direction.
 
@@ -95,14 +102,16 @@ def picture(
     return image[::-1]
 
 
-def _camera(azimuth: float, elevation: float):
+def _camera(azimuth: float, elevation: float) -> Camera:
     """Unit vectors to the right and up in the picture, and from the grains towards the camera."""
     right = np.array([-np.sin(azimuth), np.cos(azimuth), 0.0])
     towards = np.array([np.cos(azimuth) * np.cos(elevation), np.sin(azimuth) * np.cos(elevation), np.sin(elevation)])
     return right, np.cross(towards, right), towards
 
 
-def _buffer(u, v, depth, radii, width: int, height: int):
+def _buffer(
+    u: np.ndarray, v: np.ndarray, depth: np.ndarray, radii: np.ndarray, width: int, height: int
+) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Depth (towards the camera), surface normal (camera axes) and index of the foremost grain at each pixel."""
     nearest = np.full((height, width), -np.inf)
     normal = np.zeros((height, width, 3))
@@ -136,7 +145,10 @@ def _hidden(nearest: np.ndarray, radius: float) -> np.ndarray:
     return np.where(known, np.clip(below / spread, 0, 1), 0.0)
 
 
-def _shadow(centres, radii, plate, camera, low, scale, shape) -> np.ndarray:
+def _shadow(
+    centres: np.ndarray, radii: np.ndarray, plate: float, camera: Camera, low: np.ndarray, scale: float,
+    shape: tuple[int, int],
+) -> np.ndarray:  # fmt: skip
     """Light that reaches each pixel of the plate, 0.55 to 1: the grains' soft shadow, thrown along the light."""
     from scipy.ndimage import gaussian_filter
 
@@ -157,7 +169,7 @@ def _shadow(centres, radii, plate, camera, low, scale, shape) -> np.ndarray:
 
 
 @styled
-def profile(centres, radii):
+def profile(centres: np.ndarray, radii: np.ndarray) -> "Figure":
     """A heap's outline from one side with the lines through both flanks, as the source paper's Figures 9 and 10.
 
     The title gives the heap's angle, the mean over all directions.

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -9,10 +10,13 @@ from pellet_study.heap.photograph import Photograph
 from pellet_study.output import style
 from pellet_study.output.style import MEASURED, MODEL, styled
 
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
 UNSURE_DEG = 3.0  # uncertainty of a photograph from which on its lines miss the flanks; level views of heaps stay below
 
 
-def answer(files: Sequence[Path], found: Sequence[Photograph], overlays: Sequence[Path]) -> dict:
+def answer(files: Sequence[Path], found: Sequence[Photograph], overlays: Sequence[Path]) -> dict[str, Any]:
     """Mean and standard deviation over the photographs (None for one), and each photograph."""
     angles = [photo.angle_deg for photo in found]
     return {
@@ -34,28 +38,28 @@ def answer(files: Sequence[Path], found: Sequence[Photograph], overlays: Sequenc
     }
 
 
-def page(told: dict) -> str:
+def page(answer: dict[str, Any]) -> str:
     """The angles as a table, and the row for measurements.csv."""
     lines = [f"{'photo':24s}{'left':>8s}{'right':>8s}{'angle':>8s}{'+-':>6s}{'tilt':>7s}  deg; tilt from"]
-    for p in told["photos"]:
+    for p in answer["photos"]:
         name = Path(p["photo"]).name
         lines.append(
             f"{name if len(name) < 24 else '...' + name[-20:]:24s}{p['left_deg']:8.2f}{p['right_deg']:8.2f}"
             f"{p['angle_deg']:8.2f}{p['uncertainty_deg']:6.2f}{p['tilt_deg']:7.2f}  {p['tilt_from']}"
         )
-    number = len(told["photos"])
-    if told["sd"] is None:
+    number = len(answer["photos"])
+    if answer["sd"] is None:
         lines += [
             "",
-            f"angle {told['angle_deg']:.2f} deg from one photograph; the scatter from heap to heap is not known",
+            f"angle {answer['angle_deg']:.2f} deg from one photograph; the scatter from heap to heap is not known",
         ]
     else:
-        lines += ["", f"mean {told['angle_deg']:.2f} deg, sd {told['sd']:.2f} deg over {number} photographs"]
-    if any(p["uncertainty_deg"] > UNSURE_DEG for p in told["photos"]):
+        lines += ["", f"mean {answer['angle_deg']:.2f} deg, sd {answer['sd']:.2f} deg over {number} photographs"]
+    if any(p["uncertainty_deg"] > UNSURE_DEG for p in answer["photos"]):
         return "\n".join([*lines, "", "no row for measurements.csv: the lines miss the flanks"])
-    sd = "" if told["sd"] is None else f"{told['sd']:.3g}"
+    sd = "" if answer["sd"] is None else f"{answer['sd']:.3g}"
     lines += ["", "for measurements.csv of a study:", "rig,observable,value,sd,n"]
-    lines.append(f"repose,repose_angle_deg,{told['angle_deg']:.4g},{sd},{number}")
+    lines.append(f"repose,repose_angle_deg,{answer['angle_deg']:.4g},{sd},{number}")
     return "\n".join(lines)
 
 
@@ -73,7 +77,7 @@ def draw(files: Sequence[Path], found: Sequence[Photograph], folder: Path) -> li
 
 
 @styled
-def overlay(photo: Photograph):
+def overlay(photo: Photograph) -> "Figure":
     """The photograph with the profile, the fitted lines and the level it was measured from."""
     rows, columns = photo.pixels.shape[:2]
     figure, axes = style.new_axes(7.0, 7.0 * rows / columns + 0.5)

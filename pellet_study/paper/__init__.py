@@ -4,6 +4,7 @@
 EDEM); tables.json holds every printed cell as text and as number.
 
     verdicts, printed < html, judging/fits, judging/path, judging/settings, judging/validation < designs
-    < audit/bench, audit/climb, audit/optimum, audit/screening, audit/surface < audit/verification < described/entries < described/description < described/analyses < described/printed_numbers
+    < audit/bench, audit/climb, audit/optimum, audit/screening, audit/surface < audit/verification
+    < described/entries, described/description < described/reading, described/analyses < described/printed_numbers
     < described/claims, described/climbs, described/goal < described/audit < described/results, results
 """

@@ -5,6 +5,7 @@ inputs allows. consistent: no test fails, but there is no number to compare with
 so. data missing: the text does not give the data. not recomputable: the paper prints a derived number only.
 """
 
+import math
 import re
 from dataclasses import asdict, dataclass
 
@@ -52,7 +53,8 @@ def printed_number(printed: str) -> float | None:
 
 def is_printed(text: str) -> bool:
     """Whether a text is a number as papers print it, or an upper bound such as `<0.0001`."""
-    return printed_number(text.strip().removeprefix("<")) is not None
+    number = printed_number(text.strip().removeprefix("<"))
+    return number is not None and math.isfinite(number)
 
 
 def half_last_digit(printed: str) -> float:

@@ -7,7 +7,14 @@
 """
 
 from importlib import import_module
-from typing import Any
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from pellet_study.powder.chain import Chain
+    from pellet_study.powder.from_study import plan_of
+    from pellet_study.powder.heaps import Heaps
+    from pellet_study.powder.plan import Plan
+    from pellet_study.powder.results import Results
 
 __all__ = ["Chain", "Heaps", "Plan", "Results", "plan_of"]
 _HOMES = {"Chain": "chain", "Heaps": "heaps", "Plan": "plan", "Results": "results", "plan_of": "from_study"}

@@ -54,9 +54,9 @@ class Surface:
     boxes: list[dict[str, list[float]]]
     chosen_box: int | None = None
     coefficients: dict[str, float]
-    standard_errors: dict[str, float]
+    standard_errors: dict[str, float | None]
     r2: float
-    r2_adjusted: float
+    r2_adjusted: float | None
     r2_predicted: float | None
     lack_of_fit_p: float | None
     reachable: bool
@@ -74,7 +74,7 @@ class Optimum:
     factors: list[str]
     outside: dict[str, str] = field(default_factory=dict)
     predicted_deg: float
-    prediction_standard_error_deg: float
+    prediction_standard_error_deg: float | None
     reachable: bool
     rule: str
     fraction_of_box: float

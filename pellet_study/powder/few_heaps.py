@@ -18,7 +18,7 @@ from pellet_study.powder.heaps import Heaps, lost_of, point_at
 from pellet_study.powder.plan import OBSERVABLE, RIG, SYMBOLS, Plan
 from pellet_study.powder.results import Results
 from pellet_study.powder.screening import largest
-from pellet_study.powder.tables import table_of
+from pellet_study.powder.tables import errors_of, table_of
 from pellet_study.rigs import on_yade
 
 FIRST_SEED = 5_000  # of the path, within the climb's
@@ -158,7 +158,7 @@ def screen(heaps: Heaps, results: Results) -> tuple[pd.DataFrame, Uphill]:
 
 def uphill(found: plackett_burman.Screening, plan: Plan) -> Uphill:
     """The path along the gradient in the factors of the largest effects, as far as twice the box and what the rig takes."""
-    slopes, errors = found.model.coefficients, found.model.standard_errors
+    slopes, errors = found.model.coefficients, errors_of(found.model)
     chosen = largest(found, plan)
     factors = [f for f in plan.factors if f.name in chosen]
     direction = np.array([slopes[f.name] for f in factors])
@@ -172,7 +172,7 @@ def uphill(found: plackett_burman.Screening, plan: Plan) -> Uphill:
         level=slopes["1"],
         slope=float(sum(slopes[f.name] * u for f, u in zip(factors, direction, strict=True))),
         slope_error=float(np.sqrt(sum((errors[f.name] * u) ** 2 for f, u in zip(factors, direction, strict=True)))),
-        scatter=float(np.sqrt(found.model.mean_square_error)),
+        scatter=float(np.sqrt(found.model.ss_residual / found.model.df_residual)),
         freedom=found.model.df_residual,
     )
 

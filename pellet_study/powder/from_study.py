@@ -11,7 +11,7 @@ from pellet_study.paper.designs import screening_factors
 from pellet_study.powder.plan import DEFAULT_LAW, OBSERVABLE, RIG, SYMBOLS, Plan
 from pellet_study.rigs import on_yade
 from pellet_study.study.measurements import Measurement
-from pellet_study.study.study import BELONGS_TO, SCALINGS, Study
+from pellet_study.study.study import SCALINGS, Study
 
 CONTRADICTED = 1e-3  # p of the rows' scatter below which their stated sd is not believed
 
@@ -80,15 +80,15 @@ def factors_of(study: Study, known: Mapping[str, float]) -> list[Factor]:
                 f"the measurements give {name}, which calibrate varies ({printed.name} of the source paper); leave the "
                 "column out, or use compare"
             )
-        if setting is not None and setting.free:
+        if setting is None:
+            factors.append(printed)
+        elif setting.low is not None and setting.high is not None:
             factors.append(Factor(printed.name, setting.low, setting.high, printed.unit))
-        elif setting is not None:
+        else:
             raise InputError(
                 f"study.toml fixes {name}, which calibrate varies ({printed.name} of the source paper); "
                 "give its min and max, or leave it out for the paper's range"
             )
-        else:
-            factors.append(printed)
     return factors
 
 
@@ -125,7 +125,7 @@ def refuse_effects(study: Study) -> None:
         amount = study.effects[name][effect.amount] if name in study.effects else None
         absent = effect.neutral()[effect.amount]
         if amount is not None and (amount.free or amount.value != absent):
-            instead = [f"{symbol} ({p})" for symbol, p in SYMBOLS.items() if BELONGS_TO.get(p) == name]
+            instead = [f"{symbol} ({p})" for symbol, p in SYMBOLS.items() if p in effect.owns]
             raise InputError(
                 f"study.toml has the effect {name}, but calibrate varies only the parameters A to G: write "
                 f"{name} = {{ {effect.amount} = {absent:g} }}"
@@ -147,13 +147,13 @@ def measured_angle(rows: Sequence[Measurement]) -> tuple[float, float, int, int,
     n = sum(row.n for row in rows)
     mean = sum(row.n * row.value for row in rows) / n
     squares = sum(row.n * (row.value - mean) ** 2 for row in rows)
-    stated = [row for row in rows if row.sd is not None]
+    stated = [(row.n, row.sd) for row in rows if row.sd is not None]
     if not stated:
         if squares == 0:
             few = "the repose angle has no sd" if len(rows) == 1 else "the repose angles have no sd and are all equal"
             raise InputError(f"{few}: calibrate takes it as the margin of the validation; give it")
         return mean, float(np.sqrt(squares / (len(rows) - 1))), n, len(rows) - 1, ()
-    sd = float(np.sqrt(sum(row.n * row.sd**2 for row in stated) / sum(row.n for row in stated)))
+    sd = float(np.sqrt(sum(k * sd_k**2 for k, sd_k in stated) / sum(k for k, _ in stated)))
     if len(rows) > 1 and chdtrc(len(rows) - 1, squares / sd**2) < CONTRADICTED:
         wider = float(np.sqrt(squares / (len(rows) - 1)))
         remark = (
@@ -161,4 +161,4 @@ def measured_angle(rows: Sequence[Measurement]) -> tuple[float, float, int, int,
             "which is taken, as the margin too"
         )
         return mean, wider, n, len(rows) - 1, (remark,)
-    return mean, sd, n, sum(row.n - 1 for row in stated), ()
+    return mean, sd, n, sum(k - 1 for k, _ in stated), ()

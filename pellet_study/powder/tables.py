@@ -8,6 +8,7 @@ import pandas as pd
 from pellet_study.doe import box_behnken, plackett_burman
 from pellet_study.doe.design_table import DesignTable, code_design
 from pellet_study.doe.factors import Factor
+from pellet_study.doe.linear_model import LinearFit
 from pellet_study.paper import printed as paper
 from pellet_study.powder.decisions import Surface
 from pellet_study.powder.plan import OBSERVABLE, SYMBOLS, Plan
@@ -35,6 +36,11 @@ def scatter(runs: pd.DataFrame) -> float | None:
     groups = [g[OBSERVABLE] for _, g in runs.groupby(names) if len(g) > 1]
     freedom = sum(len(g) - 1 for g in groups)
     return float(np.sqrt(sum((len(g) - 1) * g.var(ddof=1) for g in groups) / freedom)) if groups else None
+
+
+def errors_of(model: LinearFit) -> dict[str, float]:
+    """Standard errors of the terms; all are known where more heaps gave an angle than there are terms."""
+    return {term: error for term, error in model.standard_errors.items() if error is not None}
 
 
 def effects_table(plan: Plan, found: plackett_burman.Screening, errors: Mapping[str, float]) -> pd.DataFrame:
@@ -68,7 +74,7 @@ def coefficients_table(found: box_behnken.Surface) -> pd.DataFrame:
     """Our coefficients in coded units with standard errors, beside the paper's equation 4 where it has the term."""
     printed = paper.tables()["equations"]["4"]
     theirs = dict(zip(printed["terms"], printed["coefs"], strict=True))
-    errors = found.model.standard_errors
+    errors = errors_of(found.model)
     return pd.DataFrame(
         [
             {

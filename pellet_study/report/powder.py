@@ -22,7 +22,7 @@ from pellet_study.powder.decisions import (
 )
 from pellet_study.powder.figures import climb, heaps
 from pellet_study.powder.plan import NAMES, OBSERVABLE, RIG, SYMBOLS, differences
-from pellet_study.powder.tables import surface_of, table_of
+from pellet_study.powder.tables import errors_of, surface_of, table_of
 from pellet_study.powder.text import curvature, levels, or_unknown, selection
 from pellet_study.report.parts import Stage, Table, picture, table
 from pellet_study.study.study import Study
@@ -117,7 +117,7 @@ def _screening(folder: Path, measured: Measured) -> Stage:
 
 def _effects(folder: Path, found: plackett_burman.Screening, factors: list[Factor]) -> Table:
     """The effects with their 95 % margins; beside the source paper's where `calibrate` left that table."""
-    errors = found.model.standard_errors
+    errors = errors_of(found.model)
     rows = [
         [
             f.name,

@@ -33,7 +33,7 @@ class Effect:
     that stand in their place there; `sides` is 1 where the amount has one sign, 2 where it may have either; `rigs` maps
     a rig to where the effect shows in it. `reading` is what an effect on nothing but the reading makes of it; `file` is
     that of an effect of the user's own, None where it comes with the package; `scenes` holds its SEED_SCENE and
-    POWDER_SCENE, where it has them.
+    POWDER_SCENE, where it has them; `owns` names parameters of rigs that mean nothing without it.
     """
 
     name: str
@@ -50,6 +50,7 @@ class Effect:
     reading: Callable | None = None
     file: Path | None = None
     scenes: Mapping[str, Mapping] = field(default_factory=dict)
+    owns: tuple[str, ...] = ()
 
     @property
     def amount(self) -> str:
@@ -231,6 +232,7 @@ def effect_from(module: ModuleType, where: Path, file: Path | None = None) -> Ef
         reading=seed["reading"] if set(seed) == {"reading"} else None,
         file=file,
         scenes=scenes,
+        owns=tuple(declared.get("owns", ())),
     )
 
 

@@ -10,12 +10,6 @@ from pellet_study.rigs.declared import Effect
 from pellet_study.study.measurements import Measurement
 
 SCALINGS = {"bond_number": 2.0, "none": 0.0}  # exponent of the amplification in the surface energy
-BELONGS_TO = {
-    "powder_rolling_friction": "rolling_resistance",
-    "powder_steel_rolling_friction": "rolling_resistance",
-    "powder_surface_energy": "cohesion",
-}  # parameters that mean nothing without their effect; a rig's declaration says so in words only (`meaning`), and a key for it
-# in yade_scripts/repose.py would change the fingerprint of that rig, which makes every stored heap void
 
 
 @dataclass(frozen=True)
@@ -103,6 +97,8 @@ def check(study: Study, where: str = "") -> None:
                     f"{where}{kind}: {name} acts in none of the rigs used ({', '.join(study.rigs)}); it acts in "
                     f"{', '.join(study.catalogue.effects[name].rigs)}. Acting here: {', '.join(acting) or 'no effect'}"
                 )
-    for name, owner in BELONGS_TO.items():
-        if name in study.parameters and owner not in study.effects:
+    owners = {name: effect.name for effect in study.catalogue.effects.values() for name in effect.owns}
+    for name in study.parameters:
+        owner = owners.get(name)
+        if owner is not None and owner not in study.effects:
             raise InputError(f"{where}parameters: {name} belongs to the effect {owner}; list {owner} in [effects] too")

@@ -6,7 +6,7 @@ A file declares `EFFECT` and says what the effect does: `CLOSED_FORM` maps a clo
 in it, `SEED_SCENE` maps a place in the scene of the YADE bench rigs to the function that acts there (the places are
 listed in yade_scripts/acting.py), `POWDER_SCENE` likewise in the scene of the repose rig
 (yade_scripts/powder_scene.py). `parameters_in` names a rig in which the amount is another quantity. The first of an effect's parameters is its amount, which has a value that means
-absent; further ones give its shape. `physical` is the range published or reasoned for real materials; `min` and `max`
+absent; further ones give its shape. `owns` names parameters of rigs that mean nothing without the effect. `physical` is the range published or reasoned for real materials; `min` and `max`
 is what a fit may take.
 
 An effect of the package is its one file: a rig on YADE finds by `acting_in` the effects that name it and have its scene.

@@ -14,6 +14,7 @@ EFFECT = {
             "meaning": "shear stress carried at zero normal stress, c",
         },
     },
+    "owns": ("powder_surface_energy",),
     "parameters_in": {  # where the amount is another quantity
         "repose": {
             "surface_energy_j_m2": {

@@ -10,6 +10,7 @@ EFFECT = {
             "meaning": "mu_r, rolling moment over radius times normal force, added at powder-powder and powder-steel contacts",
         },
     },
+    "owns": ("powder_rolling_friction", "powder_steel_rolling_friction"),
     "sides": 1,
     "rigs": {"repose": "the heap is steeper, whatever the size of its grains and the mass of the powder"},
     "signature": "the angle is higher in all heaps alike; amplification, size and mass make no difference",

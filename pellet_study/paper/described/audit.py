@@ -8,9 +8,10 @@ from pellet_study.errors import InputError
 from pellet_study.paper.described.analyses import Fit, fitted, read_table
 from pellet_study.paper.described.claims import claim
 from pellet_study.paper.described.climbs import climb
-from pellet_study.paper.described.description import FILE, Analysis, Description, read_description
+from pellet_study.paper.described.description import FILE, Analysis, Description
 from pellet_study.paper.described.goal import goal
 from pellet_study.paper.described.printed_numbers import design, printed_numbers
+from pellet_study.paper.described.reading import read_description
 from pellet_study.paper.verdicts import Item, printed_number
 
 

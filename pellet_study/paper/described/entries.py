@@ -78,6 +78,13 @@ class Entry:
             self.fail(key, expected)
         return value
 
+    def exact(self, key: str, default=REQUIRED) -> str:
+        """A number as printed that is no bound."""
+        value = self.printed(key, default)
+        if value is not None and value.strip().startswith("<"):
+            self.fail(key, 'a number as printed, in quotes, that is no bound, such as "0.30"')
+        return value
+
     def printed_list(self, key: str) -> list[str]:
         values = self.words(key, 'a list of numbers as printed, such as ["-0.92", "-1.32"]')
         if not all(map(is_printed, values)):

@@ -7,7 +7,7 @@ import pandas as pd
 
 from pellet_study.paper.described.analyses import numbers, rows_of
 from pellet_study.paper.described.audit import PaperAudit
-from pellet_study.paper.html import page
+from pellet_study.paper.html import page, shown
 
 
 def write(folder: Path, audit: PaperAudit) -> list[Path]:
@@ -19,7 +19,10 @@ def write(folder: Path, audit: PaperAudit) -> list[Path]:
         Made if it is not there; files of the same names are replaced.
     """
     folder.mkdir(parents=True, exist_ok=True)
-    frames = {"audit": pd.DataFrame([item.as_dict() for item in audit.items])}
+    rows = [{**item.as_dict(), "recomputed": shown(item.recomputed)} for item in audit.items]
+    for row in rows:
+        row["difference"] = "" if row["difference"] is None else f"{row['difference']:.2g}"
+    frames = {"audit": pd.DataFrame(rows)}
     for analysis in audit.paper.analyses:
         fit, name = audit.fits[analysis.name], file_name(analysis.name)
         found = numbers(analysis, fit)

@@ -109,7 +109,8 @@ def centre(section: str, table: DesignTable, target: float, verified: float | No
     if len(runs) < 2 or runs.std() == 0:
         return []
     mean, p = runs.mean(), new_run(runs, [target])[1][0]
-    reason = f"centre runs {mean:.3f} +- {runs.std():.4f}: {100 * abs(mean - target) / abs(target):.3f} % off"
+    off = f"{100 * abs(mean - target) / abs(target):.3f} % off" if target else f"{abs(mean - target):.3g} off"
+    reason = f"centre runs {mean:.3f} +- {runs.std():.4f}: {off}"
     if verified is not None:
         gain = abs(mean - target) - abs(verified - target)
         words = f"closer by {gain:.4g}" if gain > runs.std() else "no closer"

@@ -6,14 +6,20 @@ import numpy as np
 
 from pellet_study.doe.validation import Sample, equivalence
 from pellet_study.errors import InputError
-from pellet_study.paper.verdicts import CONSISTENT, DATA_MISSING, LEVEL, Item, compare, judged
+from pellet_study.paper.verdicts import CONSISTENT, DATA_MISSING, LEVEL, Item, compare, judged, printed_number
 
 MOST_READINGS = 30
 """Largest number of readings that is tried where the paper does not print it."""
 
 
 def percent_off(mean: float, target: float) -> float:
+    """Relative error (%) of a mean; the target is not 0."""
     return 100 * abs(mean - target) / abs(target)
+
+
+def in_percent(amount: float, target: float, digits: int) -> str:
+    """` (1.2 %)`: an amount in percent of the target, nothing where that is 0."""
+    return f" ({100 * amount / abs(target):.{digits}f} %)" if target else ""
 
 
 def relative_error(section: str, mean: float, target: float, printed: str, half: float) -> Item:
@@ -33,9 +39,9 @@ def less_than(section: str, says: str, limit: str, mean: float, target: float, p
     """A claim that the relative error lies below a limit (%)."""
     error = percent_off(mean, target)
     reason = f"{error:.3f} % from the printed means"
-    if printed is not None and error >= float(limit) > float(printed):
+    if printed is not None and error >= printed_number(limit) > printed_number(printed):
         reason += f"; below {limit} % only if the unrounded means give {printed} %"
-    return judged(section, says, f"<{limit}", error, error < float(limit), reason)
+    return judged(section, says, f"<{limit}", error, error < printed_number(limit), reason)
 
 
 def interval_around(
@@ -52,8 +58,8 @@ def interval_around(
         f"{low:.2f} to {high:.2f}",
         predicted,
         inside,
-        f"{'' if inside else 'not '}inside {bounds}; an interval {width:.2f} {unit} wide "
-        f"({100 * width / abs(target):.1f} %): a check with little power",
+        f"{'' if inside else 'not '}inside {bounds}; an interval {width:.2f} {unit} wide"
+        f"{in_percent(width, target, 1)}: a check with little power",
     )
 
 
@@ -79,7 +85,7 @@ def t_test(
     """
     from scipy.special import ndtri, stdtr, stdtrit
 
-    difference, p = abs(difference), float(printed)
+    difference, p = abs(difference), printed_number(printed)
     sizes = range(2, MOST_READINGS + 1)
     one = {n: float(2 * stdtr(n - 1, -difference / (sd / np.sqrt(n)))) for n in sizes}
     two = {n: float(2 * stdtr(2 * n - 2, -difference / (sd * np.sqrt(2 / n)))) for n in sizes}
@@ -129,7 +135,7 @@ def t_test_of_samples(section: str, runs: Sample, target: Sample, printed: str) 
         )
         for equal in (False, True)
     ]
-    nearest = min(values, key=lambda value: abs(value - float(printed)))
+    nearest = min(values, key=lambda value: abs(value - printed_number(printed)))
     reason = f"{values[0]:.4f} with unequal variances (Welch), {values[1]:.4f} with a common one"
     return compare(section, "P of the t test", printed, nearest, reason)
 
@@ -160,7 +166,7 @@ def what_it_shows(section: str, target: Sample, runs: Sample, unit: str) -> Item
         limit,
         None,
         CONSISTENT,
-        f"equality within +-{limit:.4g} {unit} ({100 * limit / abs(target.mean):.2f} % of the target) at level "
+        f"equality within +-{limit:.4g} {unit}{in_percent(limit, target.mean, 2)} at level "
         f"{LEVEL:g}, no tighter{known}; a P of no difference above {LEVEL:g} shows no equality",
     )
 
