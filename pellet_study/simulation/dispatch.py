@@ -72,6 +72,11 @@ def run(
     lost = [case["id"] for case in keyed if case["id"] not in known[case["rig"]].index]
     if lost:
         raise SimulationError(f"{len(lost)} of {len(keyed)} cases have no row in {store}; call again, others are kept")
+    return _in_order(keyed, known)
+
+
+def _in_order(keyed: Sequence[dict], known: Mapping[str, pd.DataFrame]) -> pd.DataFrame:
+    """The row of each case, from the tables of the rigs."""
     rows = []
     for name, table in known.items():
         places = [place for place, case in enumerate(keyed) if case["rig"] == name]

@@ -20,22 +20,15 @@ from pellet_study.errors import SimulationError
 from pellet_study.rigs.declared import Rig
 from pellet_study.rigs.scripts import SCRIPTS, fingerprint
 from pellet_study.simulation import yade
+from pellet_study.simulation.processes import Claims, Worker, ending, free_bytes
 from pellet_study.simulation.store import Store
-from yade_scripts.case import CANNOT_GO_ON, CLAIM_BYTES, NO_MEMORY, Table, flat, one_line
+from yade_scripts.case import CANNOT_GO_ON, NO_MEMORY, Table, flat
 
 POLL_S = 0.05
 START_LIMIT_S = 120.0
 TOOK_LONGER = "took longer than its time limit of"
 LEAST_SPACE = 65536  # bytes; less is a full disk
 BAD_ALLOC = "std::bad_alloc"
-NOISE = (
-    "Welcome to Yade",
-    "Using python version",
-    "XMLRPC",
-    "TCP python prompt",
-    "Running script",
-    "Master:",
-)
 
 
 def cores() -> int:
@@ -58,57 +51,10 @@ def run(
     ------
     SimulationError : YADE ends before its first case, or the machine ran out of disk or memory
     """
-    _Campaign(list(cases), store, rigs, workers, quiet, time_limit_s).run()
+    Campaign(list(cases), store, rigs, workers, quiet, time_limit_s).run()
 
 
-class _Worker:
-    """A YADE process, its log, and the case it is at."""
-
-    def __init__(self, number: int, process: subprocess.Popen, log: Path, held: int):
-        self.name, self.process, self.log = f"w{number}", process, log
-        self.held = held  # our end of its lifeline
-        self.index: int | None = None  # of the case it claimed last
-        self.since = time.monotonic()
-        self.reason: str | None = None  # why it was killed
-
-    def kill(self, reason: str | None = None) -> None:
-        self.reason = reason
-        try:
-            os.killpg(self.process.pid, signal.SIGKILL)
-        except ProcessLookupError:
-            pass
-
-    def last_words(self) -> str:
-        """The last line the simulator wrote that is not its usual banner."""
-        lines = self.log.read_text(errors="replace").splitlines()
-        said = [line.strip() for line in lines if line.strip() and not line.startswith(NOISE)]
-        return one_line(said[-1]) if said else "no last words"
-
-
-class _Claims:
-    """The file in which processes claim cases, read on from where it was read last."""
-
-    def __init__(self, file: Path):
-        self.file, self._read = file, 0
-        self._last: dict = {}
-        file.touch()
-
-    def number(self) -> int:
-        """Number of cases claimed."""
-        return self.file.stat().st_size // CLAIM_BYTES
-
-    def read(self) -> dict[str, int]:
-        """The case each process claimed last."""
-        with open(self.file, "rb") as stream:
-            stream.seek(self._read * CLAIM_BYTES)
-            new = stream.read()
-        for start in range(0, len(new) - CLAIM_BYTES + 1, CLAIM_BYTES):
-            self._last[new[start : start + CLAIM_BYTES].decode().strip()] = self._read
-            self._read += 1
-        return self._last
-
-
-class _Campaign:
+class Campaign:
     """The cases of one call, worked through by YADE processes."""
 
     def __init__(
@@ -129,7 +75,7 @@ class _Campaign:
         self.failed, self.started = 0, 0
         self.finished: set[str] = set()
         self.wanted = {case["id"] for case in cases}
-        self.running: list[_Worker] = []
+        self.running: list[Worker] = []
         self.short_of_memory: dict[str, str] = {}
 
     def run(self) -> None:
@@ -168,7 +114,7 @@ class _Campaign:
     def _work(self, cases: list[dict], bar: Any) -> list[tuple[dict, str]]:
         """Work through a list; returns the cases that crashed YADE, with the reason."""
         folder = Path(tempfile.mkdtemp(dir=self.folder))
-        claims = _Claims(folder / "claims")
+        claims = Claims(folder / "claims")
         task = {
             "rigs": {
                 name: {"file": str(rig.script), "effects": [str(file) for file in rig.extra], "table": str(table)}
@@ -219,9 +165,9 @@ class _Campaign:
                 start_new_session=True,
             )
         os.close(lifeline)
-        self.running.append(_Worker(self.started, process, log, held))
+        self.running.append(Worker(self.started, process, log, held))
 
-    def _watch(self, claims: _Claims, cases: list[dict]) -> None:
+    def _watch(self, claims: Claims, cases: list[dict]) -> None:
         """See which case each process is at; kill a process whose case, or whose start, takes too long."""
         now = time.monotonic()
         last = claims.read()
@@ -229,12 +175,13 @@ class _Campaign:
             index = last.get(worker.name)
             if index != worker.index:
                 worker.index, worker.since = index, now
-            limit = START_LIMIT_S if index is None else self._limit_s(cases[index])
+            limit = START_LIMIT_S if index is None else self.limit_of(cases[index])
             if now - worker.since > limit and worker.reason is None:
                 what = "YADE did not start within" if index is None else TOOK_LONGER
                 worker.kill(f"{what} {limit:g} s")
 
-    def _limit_s(self, case: dict) -> float:
+    def limit_of(self, case: dict) -> float:
+        """The longest time of a case, s."""
         return self.limit_s or self.rigs[case["rig"]].time_limit_s
 
     def _count(self, bar: Any) -> None:
@@ -255,11 +202,11 @@ class _Campaign:
                     bar.update()
         bar.set_postfix(running=len(self.running), failed=self.failed, refresh=False)
 
-    def _end(self, worker: _Worker, cases: list[dict]) -> tuple[dict, str] | None:
+    def _end(self, worker: Worker, cases: list[dict]) -> tuple[dict, str] | None:
         """A process ended: nothing to say, a case it did not finish and why, or a YADE that does not run."""
         code = worker.process.returncode
-        reason = worker.reason or f"crashed YADE ({_ending(code)}): {worker.last_words()}"
-        full = code != 0 and _space(self.store.folder) < LEAST_SPACE  # then its log is lost as well
+        reason = worker.reason or f"crashed YADE ({ending(code)}): {worker.last_words()}"
+        full = code != 0 and free_bytes(self.store.folder) < LEAST_SPACE  # then its log is lost as well
         if full or code == CANNOT_GO_ON:
             words = os.strerror(errno.ENOSPC) if full else worker.last_words()
             raise SimulationError(
@@ -286,18 +233,3 @@ class _Campaign:
         """Store a failure YADE could not store itself; it is counted like any other row."""
         names = self.store.columns(self.rigs[case["rig"]])
         Table(self.tables[case["rig"]], names, checked=True).append({**flat(case), "status": reason})
-
-
-def _space(folder: Path) -> int:
-    """Free bytes on the disk of a folder."""
-    disk = os.statvfs(folder)
-    return disk.f_bavail * disk.f_frsize
-
-
-def _ending(code: int) -> str:
-    """How a process ended, in words; a shell between reports a signal as 128 + its number."""
-    number = -code if code < 0 else code - 128
-    try:
-        return signal.Signals(number).name
-    except ValueError:
-        return f"exit status {code}"

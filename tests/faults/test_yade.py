@@ -133,12 +133,12 @@ def test_a_system_that_fails_a_case_stops_the_campaign_and_is_no_outcome(tmp_pat
 
 
 def test_the_time_limit_is_the_rigs_unless_one_is_given(monkeypatch):
-    one = local._Campaign.__new__(local._Campaign)
+    one = local.Campaign.__new__(local.Campaign)
     one.rigs = {name: on_yade.rig(name) for name in ("rebound", "inclined_roll")}
     one.limit_s = None
-    assert [one._limit_s({"rig": name}) for name in one.rigs] == [60.0, 120.0]
+    assert [one.limit_of({"rig": name}) for name in one.rigs] == [60.0, 120.0]
     one.limit_s = 5.0
-    assert [one._limit_s({"rig": name}) for name in one.rigs] == [5.0, 5.0]
+    assert [one.limit_of({"rig": name}) for name in one.rigs] == [5.0, 5.0]
 
 
 def test_a_driver_that_dies_takes_a_hanging_yade_with_it(tmp_path):
