@@ -141,6 +141,14 @@ def test_jammed_heaps_are_left_out_and_counted(powder, monkeypatch):
         chain_of(powder, Formula(jammed=range(10_000, 10_040)), monkeypatch).run(["screening"])
 
 
+def test_as_many_heaps_as_terms_leave_no_scatter_and_are_refused(powder, monkeypatch):
+    """Eight corners and a centre: mean, seven factors and curvature; a tenth heap is needed to tell their scatter."""
+    lost = {*range(10_008, 10_012), *range(10_013, 10_040)}
+    sizes = replace(FULL, repeats=1)
+    with pytest.raises(SimulationError, match="only 9 of .* heaps gave an angle, 10 are needed"):
+        chain_of(powder, Formula(jammed=lost), monkeypatch, sizes=sizes).run(["screening"])
+
+
 def test_the_heap_whose_grains_are_kept_gave_an_angle(powder, monkeypatch):
     stub = Formula(jammed={50_000})
     chain_of(powder, stub, monkeypatch).run()
