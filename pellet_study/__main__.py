@@ -2,19 +2,22 @@
 
 import argparse
 import importlib
-import json
 import logging
 import os
 import signal
 import sys
+from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
+from typing import TextIO
 
 import pellet_study
 from pellet_study.commands import COMMANDS, EDITING, SIMULATING
 from pellet_study.errors import InputError, StudyError
+from pellet_study.files import writing
 
 INTERRUPTED = 130
+KEPT = ("history.json", "margin.json", "decision.json")  # read again by later commands
 
 
 def _parser(chosen: str | None) -> argparse.ArgumentParser:
@@ -30,6 +33,11 @@ def _parser(chosen: str | None) -> argparse.ArgumentParser:
             module = importlib.import_module(f"pellet_study.commands.{name}")
             module.add_arguments(command)
             command.add_argument("--json", metavar="FILE", type=Path, help="also write the answer as JSON")
+            command.add_argument(
+                "--force",
+                action="store_true",
+                help="overwrite files that are there and were not written by this program",
+            )
             if name in SIMULATING:
                 _add_simulating(command)
             command.set_defaults(run=module.run)
@@ -65,9 +73,39 @@ def _check_folder(folder: Path | None) -> None:
 
 
 def _check_json(file: Path | None) -> None:
-    """Refuse a file that cannot be written before anything is computed for it."""
-    if file is not None and (str(file) == "-" or file.is_dir() or not file.absolute().parent.is_dir()):
+    """Refuse a file that cannot be written, or holds something else, before anything is computed for it."""
+    if file is None or _stream(file):
+        return
+    if str(file) == "-" or file.is_dir() or not file.absolute().parent.is_dir():
         raise InputError(f"--json {file}: expected a file in a folder that exists; make {file.absolute().parent} first")
+    writing.check(file, ours=_is_answer(file))
+
+
+def _is_answer(file: Path) -> Callable[[bytes, bytes], bool]:
+    """What an answer may replace: another answer, but not what a study remembers by."""
+    return writing.nothing if file.name in KEPT else writing.is_answer
+
+
+def _stream(file: Path) -> TextIO | None:
+    """The open stream that a name such as /dev/stdout or /dev/null means."""
+    for stream, names in ((sys.stdout, ("stdout", "fd/1")), (sys.stderr, ("stderr", "fd/2"))):
+        if str(file) in [f"/dev/{name}" for name in names] + [f"/proc/self/{names[1]}"]:
+            return stream
+    return open(file, "w", encoding="utf-8") if file.is_char_device() or _is_descriptor(file) else None
+
+
+def _is_descriptor(file: Path) -> bool:
+    """Whether a name is that of a pipe that this process was given, as the shell's >(...) is."""
+    return str(file).startswith(("/dev/fd/", "/proc/self/fd/")) and file.is_fifo()
+
+
+def _leave_json(file: Path, answer: object) -> None:
+    stream = _stream(file)
+    if stream is None:
+        writing.text(file, writing.as_json(answer), ours=_is_answer(file))
+        return
+    stream.write(writing.as_json(answer))
+    stream.flush()
 
 
 def main(argv: list[str] | None = None) -> int:
@@ -97,13 +135,14 @@ def main(argv: list[str] | None = None) -> int:
 def _answer(argv: list[str]) -> int:
     chosen = next((word for word in argv if word in COMMANDS), None)
     arguments = _parser(chosen).parse_args(argv)
-    _check_json(arguments.json)
+    with writing.forced(arguments.force):
+        _check_json(arguments.json)
     _check_folder(getattr(arguments, "study", None))
     _set_simulating(arguments)
-    with _held(arguments):
+    with writing.forced(arguments.force), _held(arguments):
         answer = arguments.run(arguments)
-    if arguments.json is not None:
-        arguments.json.write_text(json.dumps(answer, indent=1, allow_nan=False) + "\n", encoding="utf-8")
+        if arguments.json is not None:
+            _leave_json(arguments.json, answer)
     sys.stdout.flush()
     return 0
 

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pellet_study.errors import InputError
+from pellet_study.files import writing
 from pellet_study.rigs.catalogue import Catalogue
 from pellet_study.study.load import assembled, load
 from pellet_study.study.measurements import Measurement, read
@@ -91,7 +92,7 @@ def study_of(
     given |= {} if contact_law is None else {"contact_law": contact_law}
     where = Path(folder) if folder is not None else None
     if where is not None:
-        where.mkdir(parents=True, exist_ok=True)
+        writing.folder(where)
     shared = None if library is None else Path(library)
     everything = catalogue_of(where, shared)
     study = assembled(given, _rows(measurements, everything), everything, "study_of", where, shared)

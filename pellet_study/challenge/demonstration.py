@@ -8,6 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pellet_study.files import writing
 from pellet_study.rigs.catalogue import Catalogue, standard
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import Setting, Study
@@ -103,7 +104,6 @@ class Demonstration:
 
     def write(self, folder: Path, measured: Sequence[Measurement]) -> None:
         """study.toml and measurements.csv of such a study."""
-        folder.mkdir(parents=True, exist_ok=True)
         lines = [f'title = "{self.title}"']
         if self.candidates is not None:
             quoted = ", ".join(f'"{name}"' for name in self.candidates)
@@ -115,7 +115,7 @@ class Demonstration:
             f"{name} = {{ value = {value}, min = {low}, max = {high} }}"
             for name, (value, low, high) in self.ranges.items()
         ]
-        (folder / "study.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        writing.text(folder / "study.toml", "\n".join(lines) + "\n")
         names = list(dict.fromkeys(c for _, given in self.conditions for c in given))
         with open(folder / "measurements.csv", "w", newline="", encoding="utf-8") as stream:
             writer = csv.writer(stream, lineterminator="\n")

@@ -143,7 +143,7 @@ def _design(arguments) -> dict:
     if blocks is None:
         blocks = blocking.surface_blocks(coded, matrix, arguments.blocks)
     sheet = run_sheet(coded, factors, blocks, arguments.seed, model_matrix=matrix)
-    return write_design(sheet, arguments.output, arguments.force, "bbd")
+    return write_design(sheet, arguments.output, "bbd")
 
 
 def _reduced(arguments, surface, answer: dict, parts: list[str]):

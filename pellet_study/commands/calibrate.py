@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING
 
 from pellet_study.commands.arguments import add_study, study_of
 from pellet_study.errors import InputError
+from pellet_study.files import writing
 
 if TYPE_CHECKING:
     from pellet_study.powder import Heaps, Plan
@@ -148,7 +149,7 @@ def _make(folder: Path) -> None:
     InputError : it cannot be, or cannot be written to
     """
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        writing.folder(folder)
     except OSError as error:
         raise InputError(f"--results {folder}: cannot be made ({error.strerror}); name a folder of your own") from None
     if not os.access(folder, os.W_OK | os.X_OK):

@@ -16,6 +16,7 @@ from pathlib import Path
 from pellet_study.challenge import acceptance, counting, resume
 from pellet_study.challenge.demonstration import Demonstration
 from pellet_study.challenge.resume import Show
+from pellet_study.files import writing
 from pellet_study.output.terminal import done, fold, say
 
 
@@ -35,7 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> dict:
     """Do what is missing, write the tables, print the figures beside their aims."""
-    arguments.study.mkdir(parents=True, exist_ok=True)
+    writing.folder(arguments.study)
     show: Show | None = None
     if sys.stderr.isatty():
         from tqdm import tqdm

@@ -45,7 +45,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
                 "--output", metavar="FILE", type=Path, help="write the table with the runs to make (.csv, .xlsx)"
             )
             verb.add_argument("--seed", metavar="N", type=int, help="of the random order (default: a new one)")
-            verb.add_argument("--force", action="store_true", help="overwrite a table that is there")
+            verb.add_argument(
+                "--force", action="store_true", default=argparse.SUPPRESS, help="overwrite a table that is there"
+            )
     added["power"].add_argument("--sd", type=float, required=True, help="standard deviation of a run made again")
     added["power"].add_argument("--effect", type=float, required=True, help="change from -1 to +1 that matters")
     added["power"].add_argument("--alpha", type=float, default=0.05, help="level of the tests (0.05)")
@@ -190,7 +192,7 @@ def _repair(arguments, table) -> dict:
     answer = {**plain(found), "rows": [table.lines[i] for i in found.repeated]}
     seed = new_seed() if arguments.seed is None else arguments.seed
     frame = runs_to_repeat(table, found.repeated, seed)
-    save_sheet(frame, arguments.output, arguments.force, seed, len(found.repeated))
+    save_sheet(frame, arguments.output, seed, len(found.repeated))
     if arguments.output:
         done(arguments.output)
     return answer
@@ -205,7 +207,7 @@ def _extend(arguments, table, added, command: str, others: Sequence[str] = (), s
 
     seed = new_seed() if arguments.seed is None else arguments.seed
     frame = extended(table, added, next_block(table), seed)
-    save_sheet(frame, arguments.output, arguments.force, seed, len(added))
+    save_sheet(frame, arguments.output, seed, len(added))
     if arguments.output:
         words = [word for name in others for word in ("--ignore", name)]
         for factor in table.factors:

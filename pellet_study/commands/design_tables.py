@@ -89,11 +89,10 @@ def add_making_arguments(parser: argparse.ArgumentParser, centre: int):
     making.add_argument("--blocks", metavar="N", type=int, default=1, help="blocks (days, batches) to run it in (1)")
     making.add_argument("--seed", metavar="N", type=int, help="of the random order (default: a new one, printed)")
     making.add_argument("--output", metavar="FILE", type=Path, help="write it there, .csv or .xlsx (default: print it)")
-    making.add_argument("--force", action="store_true", help="overwrite a table that is there")
     return making
 
 
-def write_design(sheet, path: Path | None, force: bool, command: str) -> dict:
+def write_design(sheet, path: Path | None, command: str) -> dict:
     """Print a run sheet or write it as a table whose response is to be filled in.
 
     Raises
@@ -105,7 +104,7 @@ def write_design(sheet, path: Path | None, force: bool, command: str) -> dict:
 
     from pellet_study.doe.design_text import blocks_text
 
-    save_sheet(sheet.frame, path, force, sheet.seed, len(sheet.frame))
+    save_sheet(sheet.frame, path, sheet.seed, len(sheet.frame))
     words = blocks_text(sheet)
     if words:
         print(words, file=sys.stdout if path else sys.stderr)
@@ -125,7 +124,7 @@ def write_design(sheet, path: Path | None, force: bool, command: str) -> dict:
     }
 
 
-def save_sheet(frame, path: Path | None, force: bool, seed: int, n_new: int) -> None:
+def save_sheet(frame, path: Path | None, seed: int, n_new: int) -> None:
     """Write a table with runs to make, or print it as CSV; says how many and in which order.
 
     Raises
@@ -139,10 +138,6 @@ def save_sheet(frame, path: Path | None, force: bool, seed: int, n_new: int) -> 
         print(frame.to_csv(index=False), end="")
         print(f"pellet-study: random order, seed {seed} (--seed {seed} gives it again)", file=sys.stderr)
         return
-    if path.exists() and not force:
-        raise InputError(
-            f"{path} exists, and runs may have been filled in: give another name, or overwrite it with --force"
-        )
     with writing(path):
         write_sheet(frame, path)
     runs = f"{len(frame)} runs" if n_new == len(frame) else f"{len(frame)} runs, {n_new} of them to make,"

@@ -5,6 +5,7 @@ from importlib.resources import files
 from pathlib import Path
 
 from pellet_study.errors import InputError
+from pellet_study.files import writing
 from pellet_study.output.terminal import done, say
 
 EPILOG = """\
@@ -27,10 +28,10 @@ def run(arguments: argparse.Namespace) -> dict:
     if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
         raise InputError(f"{folder} exists and is not an empty folder; give the name of a new one")
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        writing.folder(folder)
         for name in ("study.toml", "measurements.csv"):
             text = files("pellet_study.study").joinpath("template", name).read_text(encoding="utf-8")
-            (folder / name).write_text(text, encoding="utf-8")
+            writing.text(folder / name, text)
     except OSError as error:
         raise InputError(f"{folder}: cannot be made: {error.strerror}") from None
     say(f"{folder} is a study: study.toml says what is fixed and free, measurements.csv what was measured.")

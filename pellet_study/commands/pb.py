@@ -139,7 +139,7 @@ def _design(arguments) -> dict:
     blocks = blocking.screening_blocks(plain, arguments.blocks)
     matrix = np.column_stack([np.ones(len(coded)), coded])
     sheet = run_sheet(coded, factors, blocks, arguments.seed, model_matrix=matrix)
-    return write_design(sheet, arguments.output, arguments.force, "pb")
+    return write_design(sheet, arguments.output, "pb")
 
 
 def _climb(arguments, screening):

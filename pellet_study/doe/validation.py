@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from pellet_study.errors import InputError
+from pellet_study.files import opening, writing
 
 
 @dataclass(frozen=True)
@@ -203,7 +204,7 @@ def declare_margin(path: Path, margin: float, unit: str = "") -> None:
             f"{path} declares the margin {read_margin(path):g} already, not {margin:g}: a margin is not "
             "changed after it was declared; use another file for another test"
         )
-    path.write_text(json.dumps({"margin": margin, "unit": unit}) + "\n", encoding="utf-8")
+    writing.text(path, json.dumps({"margin": margin, "unit": unit}) + "\n", ours=writing.anything)
 
 
 def read_margin(path: Path) -> float:
@@ -215,7 +216,7 @@ def read_margin(path: Path) -> float:
         If there is none: an equivalence test without a margin declared beforehand is refused.
     """
     try:
-        margin = json.loads(path.read_text(encoding="utf-8-sig"))["margin"]
+        margin = opening.json_in(path)["margin"]
         if isinstance(margin, bool) or not isinstance(margin, int | float):
             raise TypeError
         return float(margin)

@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from pellet_study.errors import SimulationError
+from pellet_study.files import writing
 from pellet_study.model.sites import Point
 from pellet_study.rigs.on_yade import case
 from pellet_study.simulation import dispatch, yade
@@ -125,7 +126,7 @@ class Means:
     def _remember(self, keys: Iterable[Key]) -> None:
         kept, file = self._remembered(), self.store / "means.csv"
         new = not file.exists()
-        with open(file, "a", newline="", encoding="utf-8") as stream:
+        with writing.appending(file) as stream:
             writer = csv.writer(stream)
             if new:
                 writer.writerow(COLUMNS)

@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from pellet_study.errors import InputError
+from pellet_study.files import writing
 from pellet_study.output import fonts
 
 LABEL_WIDTH = 60  # letters of a label in a legend
@@ -153,9 +154,9 @@ def unit_in_words(unit: str) -> str:
 @styled
 def save(figure: Any, file: Path) -> Path:
     """Write a figure as PNG, the same bytes for the same content."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    figure.savefig(file, dpi=150, metadata={"Software": None})
-    return file
+    stream = io.BytesIO()
+    figure.savefig(stream, format="png", dpi=150, metadata={"Software": None})
+    return writing.data(file, stream.getvalue())
 
 
 @styled

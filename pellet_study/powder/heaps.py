@@ -1,7 +1,6 @@
 """The heaps of a powder calibration: how many, with which seeds, simulated or from the store."""
 
 import os
-import shutil
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -11,6 +10,7 @@ import pandas as pd
 
 from pellet_study.doe.factors import Factor
 from pellet_study.errors import SimulationError
+from pellet_study.files import writing
 from pellet_study.powder.plan import OBSERVABLE, RIG, SYMBOLS, Plan
 from pellet_study.rigs import on_yade
 from pellet_study.simulation import dispatch
@@ -123,7 +123,7 @@ class Heaps:
     def keep_grains(self, point: Mapping[str, float], first: int, file: Path) -> None:
         """A heap of the validation once more, its grains kept in `file`; stored by itself, so simulated once only."""
         folder = self.store.resolve() / "grains"
-        folder.mkdir(parents=True, exist_ok=True)
+        writing.folder(folder)
         os.environ[KEEP_GRAINS] = str(folder)
         try:
             again = replace(self, store=folder).at("validation", [point], first=first).iloc[0]
@@ -131,4 +131,4 @@ class Heaps:
             del os.environ[KEEP_GRAINS]
         left = folder / f"{again['id']}.csv"
         if left.exists():
-            shutil.copy(left, file)
+            writing.data(file, left.read_bytes())

@@ -1,5 +1,6 @@
 """What `calibrate` found, as figures, text and JSON."""
 
+import io
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -8,6 +9,7 @@ import pandas as pd
 
 from pellet_study.doe import figures
 from pellet_study.doe.answers import plain
+from pellet_study.files import writing
 from pellet_study.heap import render
 from pellet_study.powder import figures as powder_figures
 from pellet_study.powder.chain import Chain
@@ -67,7 +69,7 @@ def write_path(results: Results, setting: PathSetting) -> str:
     path = runs[(runs["stage"] == "path") & (runs["verdict"] == "ok")]
     figures.save({"path": powder_figures.path(path, setting, (plan.target, plan.sd))}, folder)
     text = text_of_path(plan, setting)
-    (folder / "summary.txt").write_text(text + "\n", encoding="utf-8")
+    writing.text(folder / "summary.txt", text + "\n")
     return text + f"\n\nresults in {folder}"
 
 
@@ -109,9 +111,9 @@ def write_summary(results: Results) -> str:
     if both is None:
         (results.folder / "laws.csv").unlink(missing_ok=True)
     else:
-        both.to_csv(results.folder / "laws.csv", index=False, lineterminator="\n")
+        writing.table(results.folder / "laws.csv", both)
         text += "\n\nboth contact laws, effects in deg:\n" + both.to_string(index=False, na_rep="")
-    (results.folder / "summary.txt").write_text(text + "\n", encoding="utf-8")
+    writing.text(results.folder / "summary.txt", text + "\n")
     return text
 
 
@@ -202,6 +204,7 @@ def draw_heap(grains: Path, folder: Path) -> None:
     from matplotlib.image import imsave
 
     centres, radii = render.read_grains(grains)
-    folder.mkdir(parents=True, exist_ok=True)
-    imsave(folder / "heap.png", render.picture(*render.without_strays(centres, radii), width=1000))
+    picture = io.BytesIO()
+    imsave(picture, render.picture(*render.without_strays(centres, radii), width=1000), format="png")
+    writing.data(folder / "heap.png", picture.getvalue(), ours=writing.is_picture)
     figures.save({"heap_profile": render.profile(centres, radii)}, folder)

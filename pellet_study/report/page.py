@@ -3,7 +3,6 @@
 Figures are drawn anew from the answers the commands left there; what is not there yet is named with its command.
 """
 
-import json
 from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
@@ -13,6 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 import pellet_study
 from pellet_study.criticism.facts import model_name
 from pellet_study.errors import InputError
+from pellet_study.files import opening, writing
 from pellet_study.output import style
 from pellet_study.output.words import number
 from pellet_study.powder import decisions
@@ -49,10 +49,7 @@ def write(folder: Path, library: Path | None = None) -> Path:
     """
     file = Path(folder) / FILE
     text = page(Path(folder), library)
-    temporary = file.with_suffix(".new")
-    temporary.write_text(text, encoding="utf-8")
-    temporary.replace(file)
-    return file.resolve()
+    return writing.text(file, text).resolve()
 
 
 def page(folder: Path, library: Path | None = None) -> str:
@@ -118,7 +115,7 @@ def _answer(folder: Path, name: str) -> Answer | None:
     if not file.exists():
         return None
     try:
-        found = json.loads(file.read_text(encoding="utf-8"))
+        found = opening.json_in(file)
         if not isinstance(found, dict):
             raise ValueError("no JSON object")
         return found

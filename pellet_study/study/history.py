@@ -1,9 +1,9 @@
 """What a study folder remembers: each command's answer, and the error falling step by step."""
 
-import json
 from pathlib import Path
 
 from pellet_study.errors import InputError
+from pellet_study.files import opening, writing
 
 HISTORY = "history.json"
 
@@ -19,7 +19,7 @@ def read_history(folder: Path) -> list[dict]:
     if not file.exists():
         return []
     try:
-        steps = json.loads(file.read_text(encoding="utf-8"))["steps"]
+        steps = opening.json_in(file)["steps"]
         if not isinstance(steps, list):
             raise TypeError
         return steps
@@ -33,7 +33,7 @@ def record(folder: Path, steps: list[dict]) -> None:
     for new in steps:
         if not known or _gist(known[-1]) != _gist(new):
             known.append(new)
-    write(folder / HISTORY, {"steps": known})
+    writing.json(folder / HISTORY, {"steps": known})
 
 
 def _gist(step_told: dict) -> tuple:
@@ -42,14 +42,7 @@ def _gist(step_told: dict) -> tuple:
     return (*step_told["effects"], step_told["dof"], *(None if e is None else f"{e:.3g}" for e in errors))
 
 
-def write(file: Path, answer: dict) -> None:
-    """Write an answer whole or not at all."""
-    temporary = file.with_suffix(file.suffix + ".new")
-    temporary.write_text(json.dumps(answer, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    temporary.replace(file)
-
-
 def leave(folder: Path, name: str, page: str, answer: dict) -> None:
     """Keep a command's page and its answer in the study: NAME.txt and NAME.json."""
-    (folder / f"{name}.txt").write_text(page + "\n", encoding="utf-8")
-    write(folder / f"{name}.json", answer)
+    writing.text(folder / f"{name}.txt", page + "\n")
+    writing.json(folder / f"{name}.json", answer)

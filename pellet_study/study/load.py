@@ -1,11 +1,11 @@
 """A study folder read and checked: study.toml, its measurements, and effects and rigs of the user's own."""
 
-import tomllib
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 from pellet_study.errors import InputError
+from pellet_study.files.toml import toml_in
 from pellet_study.output.words import nearest
 from pellet_study.rigs.catalogue import Catalogue
 from pellet_study.study.checked_code import check_on_rows
@@ -25,7 +25,6 @@ KEYS = (
     "surface_energy_scaling",
     "effort",
 )
-LARGEST = 1_000_000  # bytes
 CONTACT_LAWS = (
     "hertz_mindlin",
     "cohesive_frictional",
@@ -49,7 +48,7 @@ def load(folder: Path, library: Path | None = None) -> Study:
     """
     folder, library = Path(folder), None if library is None else Path(library)
     file = folder / "study.toml"
-    given = _toml_in(file)
+    given = toml_in(file, "a study is a folder with study.toml and measurements.csv")
     refuse_unknown(given, file)
     everything = catalogue_of(folder, library)
     rows = read(_inside(folder, file, text(file, given, "measurements", "measurements.csv")), everything)
@@ -92,22 +91,6 @@ def assembled(
     check(study, f"{file}: ")
     check_on_rows(catalogue, rows, {name: given.value for name, given in study.parameters.items()})
     return study
-
-
-def _toml_in(file: Path) -> dict:
-    """What study.toml says."""
-    try:
-        if file.exists() and (not file.is_file() or file.stat().st_size > LARGEST):
-            raise InputError(f"{file}: expected a text file of at most {LARGEST} bytes")
-        return tomllib.loads(file.read_text(encoding="utf-8-sig"))
-    except FileNotFoundError:
-        raise InputError(f"{file}: no such file; a study is a folder with study.toml and measurements.csv") from None
-    except UnicodeDecodeError as error:
-        raise InputError(f"{file}: no UTF-8 text ({error.reason} at byte {error.start}); save it as UTF-8") from None
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(f"{file}: no valid TOML: {error}") from None
-    except (OSError, ValueError) as error:
-        raise InputError(f"{file}: cannot be read: {error}") from None
 
 
 def _inside(folder: Path, file: Path, name: str) -> Path:
