@@ -9,6 +9,9 @@ from pellet_study.criticism.calibration import CalibratedStudy, covariance, part
 from pellet_study.criticism.least_squares import fit, problem_of
 from pellet_study.criticism.residuals import RowResidual
 from pellet_study.model.model import key
+from pellet_study.study.measurements import Measurement
+
+MOST_LEVELS = 30  # fits of a condition
 
 
 def holdout_p(state: CalibratedStudy, rows: Sequence[RowResidual]) -> float | None:
@@ -37,24 +40,38 @@ def holdout_p(state: CalibratedStudy, rows: Sequence[RowResidual]) -> float | No
     steps = slopes.T * span
     if np.abs(steps - steps @ identified.T @ identified).max(initial=0.0) > 1e-6 * np.abs(steps).max(initial=0.0):
         return None
-    own = _covariance_of(held)
-    error = np.array([r.residual for r in held])
-    together, n = own + unit * slopes.T @ covariance(fitted) @ slopes, len(held)
-    return float(special.fdtrc(n, state.cells.dof, error @ np.linalg.solve(together, error) / n))
+    error, n = np.array([r.residual for r in held]), len(held)
+    own, shared = _variance_of(held)
+    together = np.hstack([shared, slopes.T])
+    width = shared.shape[1]
+    weight = np.zeros((together.shape[1], together.shape[1]))
+    weight[:width, :width], weight[width:, width:] = np.eye(width), unit * covariance(fitted)
+    # Woodbury: (D + U K U')^-1 = D^-1 - D^-1 U (1 + K U' D^-1 U)^-1 K U' D^-1, of the size of U's columns, not of the rows
+    scaled = together / own[:, None]
+    along = scaled.T @ error
+    inner = np.eye(len(weight)) + weight @ (together.T @ scaled)
+    squares = error @ (error / own) - along @ np.linalg.solve(inner, weight @ along)
+    return float(special.fdtrc(n, state.cells.dof, max(squares, 0.0) / n))
 
 
-def _covariance_of(held: Sequence[RowResidual]) -> np.ndarray:
-    """Covariance of rows: of each alone, and of the set-ups that some share."""
-    own = np.diag(np.array([(r.residual / r.z) ** 2 for r in held if r.z]))
-    for a, first in enumerate(held):
-        for b, second in enumerate(held):
-            if a != b and first.row.setup and first.row.setup == second.row.setup and first.row.rig == second.row.rig:
-                own[a, b] = first.row.setup_sd * second.row.setup_sd
-    return own
+def _variance_of(held: Sequence[RowResidual]) -> tuple[np.ndarray, np.ndarray]:
+    """Variance of rows by themselves (n,), and the standard deviation (n, set-ups) that those of one set-up share."""
+    own = np.array([(r.residual / r.z) ** 2 for r in held if r.z])
+    of_setup: dict[tuple[str, str], list[int]] = {}
+    for k, r in enumerate(held):
+        if r.row.setup and r.row.setup_sd > 0:
+            of_setup.setdefault((r.row.rig, r.row.setup), []).append(k)
+    several = [rows for rows in of_setup.values() if len(rows) > 1]
+    shared = np.zeros((len(held), len(several)))
+    for column, rows in enumerate(several):
+        shared[rows, column] = [held[k].row.setup_sd for k in rows]
+    return own - np.square(shared).sum(axis=1), shared
 
 
 def level_out_errors(state: CalibratedStudy) -> dict[str, float]:
     """Error on rows that a fit has not seen: each level of a condition kept back in turn, `rig.condition` -> rms.
+
+    Of more than `MOST_LEVELS` levels, neighbours are kept back together, in so many groups.
 
     Unweighted, in the observable's unit; for conditions with at least three levels, where enough cells stay to fit.
     """
@@ -69,18 +86,18 @@ def level_out_errors(state: CalibratedStudy) -> dict[str, float]:
             levels = np.unique(level[~np.isnan(level)])
             if len(levels) < 3 or len({row.observable for row in rows if row.rig == rig}) > 1:
                 continue
+            of_level: dict[float, list[Measurement]] = {}
+            for row in rows:
+                if row.rig == rig:
+                    of_level.setdefault(row.conditions[condition], []).append(row)
             errors = []
-            for left_out in levels:
-                kept = level != left_out
+            for left_out in np.array_split(levels, min(len(levels), MOST_LEVELS)):
+                kept = ~np.isin(level, left_out)
                 if kept.sum() < max(1, len(state.fit.problem.free)):
                     break
                 fitted = fit(model, part_of(cells, kept), problem_of(model, 2, state.fit.point))
                 mean = model.predict(fitted.point).mean[0]
-                errors += [
-                    row.value - mean[place[key(row)]]
-                    for row in rows
-                    if row.rig == rig and row.conditions[condition] == left_out
-                ]
+                errors += [row.value - mean[place[key(row)]] for one in left_out for row in of_level.get(one, ())]
             else:
                 errors_of[f"{rig}.{condition}"] = float(np.sqrt(np.mean(np.square(errors))))
     return errors_of

@@ -44,12 +44,17 @@ def row_residuals(state: CalibratedStudy) -> tuple[RowResidual, ...]:
 
 def reading_sd(study: Study) -> list[float | None]:
     """Standard deviation of one reading for each row: as stated, else pooled from replicates, else None."""
+    blank: dict[tuple[str, str], dict[tuple, list[Measurement]]] = {}
+    stated: dict[tuple[str, str], list[float]] = {}
+    for row in study.rows:
+        group = row.rig, row.observable
+        if row.sd is not None:
+            stated.setdefault(group, []).append(row.sd)
+        elif row.split == "fit":
+            blank.setdefault(group, {}).setdefault((key(row), row.setup), []).append(row)
+    of_stated = {group: float(np.sqrt(np.mean(np.square(sds)))) for group, sds in stated.items()}
     pooled: dict[tuple[str, str], tuple] = {}
-    for group in {(row.rig, row.observable) for row in study.rows}:
-        replicates: dict[tuple, list[Measurement]] = {}
-        for row in study.rows:
-            if (row.rig, row.observable) == group and row.sd is None and row.split == "fit":
-                replicates.setdefault((key(row), row.setup), []).append(row)
+    for group, replicates in blank.items():
         means = np.array([np.average([r.value for r in c], weights=[r.n for r in c]) for c in replicates.values()])
         dof = np.array([len(c) - 1.0 for c in replicates.values()])
         if not len(means) or dof.sum() == 0:
@@ -66,10 +71,5 @@ def reading_sd(study: Study) -> list[float | None]:
             means, sd = pooled[row.rig, row.observable]
             spread = float(sd[np.argmin(np.abs(means - row.value))])
             spread = spread if spread > 0 else None
-        if spread is None:
-            others = [
-                r.sd for r in study.rows if (r.rig, r.observable) == (row.rig, row.observable) and r.sd is not None
-            ]
-            spread = float(np.sqrt(np.mean(np.square(others)))) if others else None
-        known.append(spread)
+        known.append(of_stated.get((row.rig, row.observable)) if spread is None else spread)
     return known

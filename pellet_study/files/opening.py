@@ -66,6 +66,15 @@ def json_in(file: Path, most: int = LARGEST_ANSWER) -> Any:
         raise ValueError("it is nested too deeply") from None
 
 
+def fill_streams() -> None:
+    """Open what is closed of descriptors 0 to 2 on nothing, so that no file takes the place of a stream of a program."""
+    for descriptor in range(3):
+        try:
+            os.fstat(descriptor)
+        except OSError:
+            os.open(os.devnull, os.O_RDWR)  # the lowest that is free
+
+
 def _no_number(word: str) -> float:
     raise ValueError(f"{word} is no number")
 

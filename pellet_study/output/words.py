@@ -14,6 +14,17 @@ def probability(p: float | None) -> str:
     return "-" if p is None else ("< 0.001" if p < 0.001 else f"{p:.3f}")
 
 
+def shown(text: str) -> str:
+    """Foreign text (another program's words, a file's name) as one line that a terminal or a page only shows.
+
+    Control characters, escape sequences and marks that turn the direction of writing around are written as `\\x1b`.
+    """
+    line = " ".join(text.split())
+    return "".join(
+        letter if letter.isprintable() else letter.encode("unicode_escape", "surrogatepass").decode() for letter in line
+    )
+
+
 def nearest(given: object, accepted: Iterable[str]) -> str:
     """`; accepted are a, b, c; did you mean b?` for an error message."""
     names = sorted(accepted)
