@@ -6,10 +6,10 @@ import logging
 import os
 import signal
 import sys
+import warnings
 from collections.abc import Callable
 from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
-from typing import TextIO
 
 import pellet_study
 from pellet_study.commands import COMMANDS, EDITING, SIMULATING
@@ -17,6 +17,12 @@ from pellet_study.errors import InputError, StudyError
 from pellet_study.files import writing
 
 INTERRUPTED = 130
+OPEN = ("/dev/fd/", "/proc/self/fd/")
+NAMED = {
+    f"{folder}{number}": name
+    for number, name in (("1", "stdout"), ("2", "stderr"))
+    for folder in ("/dev/fd/", "/proc/self/fd/")
+} | {"/dev/stdout": "stdout", "/dev/stderr": "stderr"}
 KEPT = ("history.json", "margin.json", "decision.json")  # read again by later commands
 
 
@@ -74,7 +80,7 @@ def _check_folder(folder: Path | None) -> None:
 
 def _check_json(file: Path | None) -> None:
     """Refuse a file that cannot be written, or holds something else, before anything is computed for it."""
-    if file is None or _stream(file):
+    if file is None or _is_stream(file):
         return
     if str(file) == "-" or file.is_dir() or not file.absolute().parent.is_dir():
         raise InputError(f"--json {file}: expected a file in a folder that exists; make {file.absolute().parent} first")
@@ -86,32 +92,29 @@ def _is_answer(file: Path) -> Callable[[bytes, bytes], bool]:
     return writing.nothing if file.name in KEPT else writing.is_answer
 
 
-def _stream(file: Path) -> TextIO | None:
-    """The open stream that a name such as /dev/stdout or /dev/null means."""
-    for stream, names in ((sys.stdout, ("stdout", "fd/1")), (sys.stderr, ("stderr", "fd/2"))):
-        if str(file) in [f"/dev/{name}" for name in names] + [f"/proc/self/{names[1]}"]:
-            return stream
-    return open(file, "w", encoding="utf-8") if file.is_char_device() or _is_descriptor(file) else None
-
-
-def _is_descriptor(file: Path) -> bool:
-    """Whether a name is that of a pipe that this process was given, as the shell's >(...) is."""
-    return str(file).startswith(("/dev/fd/", "/proc/self/fd/")) and file.is_fifo()
+def _is_stream(file: Path) -> bool:
+    """Whether a name is that of a device, as /dev/null, or of what is open already, as /dev/stdout or the shell's >(...)."""
+    return str(file).startswith(OPEN) or str(file) in NAMED or file.is_char_device()
 
 
 def _leave_json(file: Path, answer: object) -> None:
-    stream = _stream(file)
-    if stream is None:
-        writing.text(file, writing.as_json(answer), ours=_is_answer(file))
-        return
-    stream.write(writing.as_json(answer))
-    stream.flush()
+    text = writing.as_json(answer)
+    if not _is_stream(file):
+        writing.text(file, text, ours=_is_answer(file))
+    elif str(file) in NAMED:  # written on; opened by its name, a file that the shell opened would begin anew
+        print(text, end="", file=getattr(sys, NAMED[str(file)]), flush=True)
+    else:
+        file.write_text(text, encoding="utf-8")
 
 
 def main(argv: list[str] | None = None) -> int:
     """Run one command; returns the exit status (0 answered, 2 bad input, 3 simulations failed, 130 interrupted)."""
     logging.getLogger("pellet_study").setLevel(logging.INFO)
-    logging.basicConfig(format="pellet-study: %(message)s")
+    if not logging.getLogger().handlers:
+        logging.basicConfig(format="pellet-study: %(message)s")
+        logging.getLogger().handlers[0].addFilter(logging.Filter("pellet_study"))  # others' lines are not passed on
+    if not sys.warnoptions:
+        warnings.simplefilter("ignore")  # nor are warnings to programmers: what a user must know is said in the answer
     for stream in (sys.stdout, sys.stderr):
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")  # a terminal that has no such letter

@@ -28,7 +28,7 @@ ROOMS = {
     "tables": "errors files",
     "rigs": "errors files output",
     "study": "errors files output tables rigs",
-    "simulation": "errors files output rigs",
+    "simulation": "errors files output tables rigs",
     "model": SIMULATION,
     "criticism": f"{SIMULATION} model",
     "doe": "errors files output tables",

@@ -16,7 +16,7 @@ from pellet_study.bench.stages import STAGES
 from pellet_study.bench.text import summary
 from pellet_study.doe.answers import plain
 from pellet_study.errors import InputError
-from pellet_study.files import writing
+from pellet_study.files import opening, writing
 from pellet_study.output import style
 
 
@@ -81,10 +81,10 @@ def read(folder: Path) -> list[BenchResult]:
     file = folder / "calibration.csv"
     found = []
     try:
-        for record in pd.read_csv(file).to_dict(orient="records"):
+        for record in pd.read_csv(opening.stream(file)).to_dict(orient="records"):
             stage = next(s for s in STAGES if s.rig == record["rig"])
             file = folder / f"sweep_{stage.rig}.csv"
-            sweep = pd.read_csv(file)
+            sweep = pd.read_csv(opening.stream(file))
             check = None
             if np.isfinite(record["verification"]):
                 check = Mean(record["verification"], record["verification_standard_error"], 0, 0)

@@ -1,6 +1,7 @@
 """What a sealed trial on YADE is made of: conditions, free parameters, how often each is read, what is hidden."""
 
 import csv
+import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -117,14 +118,15 @@ class Demonstration:
         ]
         writing.text(folder / "study.toml", "\n".join(lines) + "\n")
         names = list(dict.fromkeys(c for _, given in self.conditions for c in given))
-        with open(folder / "measurements.csv", "w", newline="", encoding="utf-8") as stream:
-            writer = csv.writer(stream, lineterminator="\n")
-            split = ["split"] if self.held_out else []
-            writer.writerow(["rig", "observable", "value", "sd", "n", *names, *self.known, *split])
-            for (_, given), row in zip(self.conditions, measured, strict=True):
-                values = [f"{row.value:.6g}", f"{row.sd:.6g}", row.n, *(given.get(name, "") for name in names)]
-                kept = [row.split] if split else []
-                writer.writerow([row.rig, row.observable, *values, *self.known.values(), *kept])
+        stream = io.StringIO()
+        writer = csv.writer(stream, lineterminator="\n")
+        split = ["split"] if self.held_out else []
+        writer.writerow(["rig", "observable", "value", "sd", "n", *names, *self.known, *split])
+        for (_, given), row in zip(self.conditions, measured, strict=True):
+            values = [f"{row.value:.6g}", f"{row.sd:.6g}", row.n, *(given.get(name, "") for name in names)]
+            kept = [row.split] if split else []
+            writer.writerow([row.rig, row.observable, *values, *self.known.values(), *kept])
+        writing.text(folder / "measurements.csv", stream.getvalue())
 
     def reading_sd(self, rig: str, mean: float) -> float:
         """Expected standard deviation of one reading."""

@@ -8,7 +8,7 @@ from pathlib import Path
 
 import numpy as np
 
-from pellet_study.files import writing
+from pellet_study.files import opening, writing
 
 Show = Callable[[int, int], None]  # told (done, of how many)
 
@@ -17,8 +17,8 @@ def read(file: Path) -> list[dict[str, str]]:
     """Rows of a trial table, those that were cut off left out; none where there is no table."""
     if not file.exists():
         return []
-    with file.open(newline="", encoding="utf-8") as stream:
-        return [row for row in csv.DictReader(stream) if None not in row and None not in row.values()]
+    table = csv.DictReader(io.StringIO(opening.text(file), newline=""))
+    return [row for row in table if None not in row and None not in row.values()]
 
 
 def resume(

@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from pellet_study.commands.numbers import number
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say, warn, working
 
@@ -25,7 +26,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "photos", metavar="PHOTO", type=Path, nargs="+", help="pictures of one heap each, or CSVs of grains"
     )
     parser.add_argument(
-        "--horizon", metavar="DEG", type=float, help="the level in the pictures, positive where it rises to the right "
+        "--horizon", metavar="DEG", type=number, help="the level in the pictures, positive where it rises to the right "
         "(default: the plate's edge, else the heap's foot)",
     )  # fmt: skip
     parser.add_argument(

@@ -13,8 +13,10 @@ from pellet_study.commands.design_tables import (
     write_design,
     writing,
 )
+from pellet_study.commands.numbers import number, whole
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say
+from pellet_study.tables.numbers import number_given
 
 EXAMPLES = """\
 TABLE.csv: factor columns in coded or physical units, the response in the last column; an empty response is a
@@ -41,7 +43,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     models.add_argument(
         "--reduce",
         metavar="P",
-        type=float,
+        type=number,
         nargs="?",
         const=0.1,
         help="leave out terms with p above P, hierarchy kept (0.1)",
@@ -49,9 +51,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     models.add_argument("--drop", metavar="BC,B2", help="leave these terms out")
     models.add_argument("--predict", metavar="A=X,B=Y", help="prediction at a setting in physical units")
     target = parser.add_argument_group("target")
-    target.add_argument("--target", type=float, help="response wanted")
+    target.add_argument("--target", type=number, help="response wanted")
     target.add_argument(
-        "--uncertainty", type=float, default=0.0, help="its uncertainty (sd of a reading with --target-n)"
+        "--uncertainty", type=number, default=0.0, help="its uncertainty (sd of a reading with --target-n)"
     )
     target.add_argument(
         "--rule",
@@ -60,13 +62,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="which point of the set to recommend (centre)",
     )
     validation = parser.add_argument_group("validation")
-    validation.add_argument("--declare-margin", metavar="M", type=float, help="write the equivalence margin down")
+    validation.add_argument("--declare-margin", metavar="M", type=number, help="write the equivalence margin down")
     validation.add_argument(
         "--margin-file", metavar="FILE", type=Path, help="where (default: margin.json beside the table)"
     )
     validation.add_argument("--verify", metavar="Y1,Y2,...", help="responses of the validation runs")
     validation.add_argument(
-        "--target-n", metavar="N", type=int, help="readings behind the target (default: taken as known)"
+        "--target-n", metavar="N", type=whole, help="readings behind the target (default: taken as known)"
     )
     making = add_making_arguments(parser, centre=5)
     making.add_argument(
@@ -229,9 +231,16 @@ def _validate(arguments, answer: dict, parts: list[str]) -> None:
 
 def _readings(text: str) -> list[float]:
     try:
-        return [float(word) for word in text.split(",")]
+        values = [number_given(word) for word in text.split(",")]
     except ValueError:
         raise InputError(f"--verify {text}: expected numbers separated by commas, such as 41.1,41.5,40.9") from None
+    first, second = values[::2], values[1::2]
+    if "." not in text and len(first) == len(second) and max(map(abs, second)) < min(map(abs, first)) / 2:
+        raise InputError(
+            f"--verify {text}: is that {len(first)} readings with decimal commas, or {len(values)}? A comma separates, so write "
+            f"decimal points: {','.join(f'{a:g}.{b:g}' for a, b in zip(first, second, strict=True))}, or {values[0]:g}.0,{values[1]:g}.0,..."
+        )
+    return values
 
 
 def _figures(arguments, surface, found) -> list[str]:

@@ -3,6 +3,7 @@
 import argparse
 
 from pellet_study.commands.arguments import add_study, named, study_of
+from pellet_study.commands.numbers import number
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say, warn
 
@@ -22,7 +23,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     add_study(parser)
     parser.add_argument(
         "--effort",
-        type=float,
+        type=number,
         default=1.0,
         metavar="SHARE",
         help="share of the seeds to simulate, for a quick look (1)",

@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from pellet_study.commands.arguments import add_study, study_of
+from pellet_study.commands.numbers import whole
 from pellet_study.errors import InputError
 from pellet_study.files import writing
 
@@ -53,12 +54,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--repeats",
-        type=int,
+        type=whole,
         metavar="N",
         help="heaps at each point of the designs and of the climb (as before in the folder "
         "of the results, else 3; --quick 1)",
     )
-    parser.add_argument("--workers", type=int, metavar="N", help="YADE processes at once (one a core)")
+    parser.add_argument("--workers", type=whole, metavar="N", help="YADE processes at once (one a core)")
     parser.add_argument(
         "--few",
         action="store_true",

@@ -6,6 +6,7 @@ import sys
 from contextlib import contextmanager
 from pathlib import Path
 
+from pellet_study.commands.numbers import number, whole
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done
 
@@ -22,7 +23,7 @@ def add_table_arguments(parser: argparse.ArgumentParser) -> None:
         "--block", metavar="NAME", action="append", default=[],
         help="a column that says in which block (day, batch) a run was made: fitted beside the factors",
     )  # fmt: skip
-    parser.add_argument("--alpha", type=float, default=0.05, help="significance level (0.05)")
+    parser.add_argument("--alpha", type=number, default=0.05, help="significance level (0.05)")
     parser.add_argument("--unit", default="", help="unit of the response, for the figures")
     parser.add_argument("--figures", metavar="DIR", type=Path, help="write the figures there (PNG)")
 
@@ -85,9 +86,9 @@ def add_making_arguments(parser: argparse.ArgumentParser, centre: int):
         "--design", metavar="A=LOW,HIGH[,UNIT]", nargs="+",
         help="make the run sheet of these factors" + ("" if centre else "; A=WORD,WORD is categorical"),
     )  # fmt: skip
-    making.add_argument("--centre", metavar="N", type=int, default=centre, help=f"centre points ({centre})")
-    making.add_argument("--blocks", metavar="N", type=int, default=1, help="blocks (days, batches) to run it in (1)")
-    making.add_argument("--seed", metavar="N", type=int, help="of the random order (default: a new one, printed)")
+    making.add_argument("--centre", metavar="N", type=whole, default=centre, help=f"centre points ({centre})")
+    making.add_argument("--blocks", metavar="N", type=whole, default=1, help="blocks (days, batches) to run it in (1)")
+    making.add_argument("--seed", metavar="N", type=whole, help="of the random order (default: a new one, printed)")
     making.add_argument("--output", metavar="FILE", type=Path, help="write it there, .csv or .xlsx (default: print it)")
     return making
 

@@ -13,6 +13,7 @@ from pellet_study.commands.design_tables import (
     write_design,
     writing,
 )
+from pellet_study.commands.numbers import number, whole
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say
 
@@ -40,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--climb", choices=("gradient", "equal"), help="path along the gradient, or by equal coded steps"
     )
     climb.add_argument("--climb-factors", metavar="A,B", help="factors to move (default: the significant ones)")
-    climb.add_argument("--climb-points", metavar="N", type=int, default=6, help="points of the path (6)")
+    climb.add_argument("--climb-points", metavar="N", type=whole, default=6, help="points of the path (6)")
     climb.add_argument("--climb-start", choices=("centre", "worst"), default="centre", help="start (centre)")
     climb.add_argument("--climb-step", metavar="A=STEP", help="physical step of one factor (default: up to the limit)")
     climb.add_argument(
@@ -53,9 +54,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     climb.add_argument("--descend", action="store_true", help="go down instead of up")
     climb.add_argument("--climb-runs", metavar="CSV", type=Path, help="runs made on the path, response last: read back")
     climb.add_argument("--lowest", action="store_true", help="the best run has the lowest response, as for errors")
-    climb.add_argument("--target", type=float, help="response wanted on the path (default: the highest)")
+    climb.add_argument("--target", type=number, help="response wanted on the path (default: the highest)")
     making = add_making_arguments(parser, centre=0)
-    making.add_argument("--runs", metavar="N", type=int, help="8, 12, 16, 20 or 24 (default: 12, 20 or 24)")
+    making.add_argument("--runs", metavar="N", type=whole, help="8, 12, 16, 20 or 24 (default: 12, 20 or 24)")
 
 
 def run(arguments: argparse.Namespace) -> dict:

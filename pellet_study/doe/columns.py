@@ -12,7 +12,7 @@ from pellet_study.doe.blocks import Block, checked
 from pellet_study.errors import InputError
 from pellet_study.tables import rows as table_rows
 from pellet_study.tables.headers import found_in, role, split_unit
-from pellet_study.tables.numbers import MISSING, is_number, number
+from pellet_study.tables.numbers import MISSING, SIZES, fits, is_number, number
 
 SIGNS = {
     "+": 1.0,
@@ -204,7 +204,7 @@ def _counts(cells: list[str]) -> bool:
     filled = [cell for cell in cells if cell]
     if len(filled) < 2 or len(set(filled)) < len(filled):
         return False
-    return all(float(cell).is_integer() for cell in filled if is_number(cell))
+    return all(number(cell).is_integer() for cell in filled if is_number(cell))
 
 
 def _role(raw: Raw, i: int) -> tuple[str | None, str | None]:
@@ -296,6 +296,10 @@ def _numbers(raw: Raw, kept: list[int], path: Path, words: dict[int, dict[str, f
                 raise InputError(
                     f"column {raw.header[i]!r}, row {line} of {path}: {row[i]!r} is not a number; expected a level of the "
                     f"factor or the measured response with a decimal {sign} (leave the response of a failed run empty)"
+                )
+            if i not in signs and not fits(number(row[i], raw.decimal)):
+                raise InputError(
+                    f"column {raw.header[i]!r}, row {line} of {path}: {row[i]!r}: expected {SIZES}; write it in another unit"
                 )
         values.append(
             [

@@ -1,5 +1,6 @@
 """The one way an input is opened: a regular file, at most so large; nothing waits for a pipe, nothing reads a device."""
 
+import io
 import json
 import os
 import stat
@@ -56,6 +57,11 @@ def refuse(file: Path, most: int = LARGEST, what: str = "a file") -> None:
 def text(file: Path, most: int = LARGEST, *, what: str = "a text file", encoding: str = "utf-8-sig") -> str:
     """The text of a regular file, line ends as they are; UnicodeDecodeError (a ValueError) where it is none."""
     return content(file, most, what=what).decode(encoding)
+
+
+def stream(file: Path, most: int = LARGEST) -> io.BytesIO:
+    """The bytes of a regular file as a stream, for libraries that read one; see `content`."""
+    return io.BytesIO(content(file, most))
 
 
 def json_in(file: Path, most: int = LARGEST_ANSWER) -> Any:

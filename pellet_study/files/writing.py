@@ -6,6 +6,7 @@ an answer in JSON is known by its form, a figure by its parts, a table by its co
 """
 
 import json as json_of
+import math
 import os
 import secrets
 import stat
@@ -73,8 +74,30 @@ def json(file: Path, answer: Any) -> Path:
 
 
 def as_json(answer: Any) -> str:
-    """An answer as its file says it."""
-    return json_of.dumps(answer, indent=1, allow_nan=False) + "\n"
+    """An answer as its file says it.
+
+    Raises
+    ------
+    InputError : a number in it is none; names the place
+    """
+    try:
+        return json_of.dumps(answer, indent=1, allow_nan=False) + "\n"
+    except ValueError:
+        place = _no_number(answer)
+        raise InputError(
+            f"the answer has no finite number at {place}: these data do not give one; look for a reading, an sd or a level of "
+            "another size than the others"
+        ) from None
+
+
+def _no_number(answer: Any, place: str = "") -> str | None:
+    """Where in an answer the first number stands that is not finite."""
+    if isinstance(answer, float):
+        return None if math.isfinite(answer) else place.lstrip(".")
+    parts = (
+        answer.items() if isinstance(answer, dict) else enumerate(answer) if isinstance(answer, list | tuple) else ()
+    )
+    return next((found for name, part in parts if (found := _no_number(part, f"{place}.{name}"))), None)
 
 
 def table(

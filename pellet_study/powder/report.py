@@ -9,7 +9,7 @@ import pandas as pd
 
 from pellet_study.doe import figures
 from pellet_study.doe.answers import plain
-from pellet_study.files import writing
+from pellet_study.files import opening, writing
 from pellet_study.heap import render
 from pellet_study.powder import figures as powder_figures
 from pellet_study.powder.chain import Chain
@@ -65,7 +65,7 @@ def text_of_path(plan: Plan, setting: PathSetting) -> str:
 def write_path(results: Results, setting: PathSetting) -> str:
     """Draw the path of a calibration in few heaps, write its summary; returns it."""
     plan, folder = results.plan, results.folder / "path"
-    runs = pd.read_csv(folder / "runs.csv")
+    runs = pd.read_csv(opening.stream(folder / "runs.csv"))
     path = runs[(runs["stage"] == "path") & (runs["verdict"] == "ok")]
     figures.save({"path": powder_figures.path(path, setting, (plan.target, plan.sd))}, folder)
     text = text_of_path(plan, setting)
@@ -93,7 +93,7 @@ def drawn(chain: Chain) -> dict[str, dict[str, "Figure"]]:
             "half_normal": figures.half_normal(screened.effects, screened.lenth, "deg"),
         }
     if results.done("climb"):
-        runs = pd.read_csv(results.folder / "climb" / "runs.csv")
+        runs = pd.read_csv(opening.stream(results.folder / "climb" / "runs.csv"))
         good = runs[runs["verdict"] == "ok"]
         climbed: Climb = results.decision("climb")
         measured = (results.plan.target, results.plan.sd)
@@ -127,9 +127,9 @@ def text_of(results: Results) -> str:
     lines += plan.remarks
     lines += [f"{name} ({NAMES[name]}): {why}" for name, why in plan.idle.items()]
     if results.done("screening"):
-        lines += effects_lines(pd.read_csv(results.folder / "screening" / "effects.csv"))
+        lines += effects_lines(pd.read_csv(opening.stream(results.folder / "screening" / "effects.csv")))
     if results.done("surface"):
-        lines += coefficients_lines(pd.read_csv(results.folder / "surface" / "coefficients.csv"))
+        lines += coefficients_lines(pd.read_csv(opening.stream(results.folder / "surface" / "coefficients.csv")))
     if "surface" in results.counting():
         surface: Surface = results.decision("surface")
         words = [", ".join(f"{k} {low:g} to {high:g}" for k, (low, high) in box.items()) for box in surface.boxes]
@@ -188,7 +188,11 @@ def laws(results: Results) -> pd.DataFrame | None:
     table = pd.DataFrame({"factor": list(NAMES)})
     for one in (results, beside):
         law = one.plan.contact_law
-        effects = pd.read_csv(one.folder / "screening" / "effects.csv").set_index("factor").loc[table["factor"]]
+        effects = (
+            pd.read_csv(opening.stream(one.folder / "screening" / "effects.csv"))
+            .set_index("factor")
+            .loc[table["factor"]]
+        )
         table[f"{law}_effect"] = effects["effect_deg"].round(2).to_numpy()
         table[f"{law}_error"] = effects["standard_error_deg"].round(2).to_numpy()
         table[f"{law}_sign"] = effects["sign"].to_numpy()

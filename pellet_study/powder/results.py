@@ -10,7 +10,7 @@ import pandas as pd
 from pellet_study.doe import validation
 from pellet_study.doe.answers import plain
 from pellet_study.errors import InputError
-from pellet_study.files import writing
+from pellet_study.files import opening, writing
 from pellet_study.powder.decisions import (
     STAGES,
     Decision,
@@ -142,6 +142,8 @@ class Results:
     def gather(self) -> None:
         """runs.csv: a row a heap of every stage done so far for this plan."""
         files = {stage: self.folder / stage / "runs.csv" for stage in STAGES}
-        tables = [pd.read_csv(f, dtype=str) for stage, f in files.items() if f.exists() and self.done(stage)]
+        tables = [
+            pd.read_csv(opening.stream(f), dtype=str) for stage, f in files.items() if f.exists() and self.done(stage)
+        ]
         if tables:
             writing.table(self.folder / "runs.csv", pd.concat(tables, ignore_index=True))

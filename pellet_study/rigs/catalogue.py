@@ -7,10 +7,12 @@ from functools import cache
 from pathlib import Path
 
 from pellet_study.errors import InputError
+from pellet_study.files import opening
 from pellet_study.output.words import nearest
 from pellet_study.rigs.declared import Effect, Rig, effect_from, rig_from
 from pellet_study.rigs.scripts import SCRIPTS
 
+LARGEST_CODE = 1_000_000  # bytes
 CLOSED_FORM = Path(__file__).resolve().parent / "closed_form"
 
 
@@ -60,7 +62,8 @@ def declaring(folder: Path, what: str) -> list[Path]:
     return [
         file
         for file in sorted(folder.glob("*.py"))
-        if f"\n{what} = {{" in "\n" + file.read_text(encoding="utf-8", errors="replace")
+        if f"\n{what} = {{"
+        in "\n" + opening.content(file, LARGEST_CODE, what="a file of code").decode(errors="replace")
     ]
 
 

@@ -19,6 +19,7 @@ from pellet_study.simulation import yade
 from yade_scripts import case as case_file
 
 log = logging.getLogger(__name__)
+LARGEST = 2_000_000_000  # bytes of a table of finished cases
 MARK = ".pellet-study"  # in folders of its own
 READ_AS_TEXT = {"id": str, "status": str, "contact_law": str}
 
@@ -84,7 +85,7 @@ class Store:
         names, file = self.columns(rig), self.table(rig)
         if file.exists() and not file.is_file():
             raise InputError(f"{file}: expected a table of finished cases, found something else; move it away")
-        lines = file.read_bytes().split(b"\n")[1:] if file.exists() else []
+        lines = opening.content(file, LARGEST).split(b"\n")[1:] if file.exists() else []
         whole = [body for body in map(case_file.unsealed, lines) if body]
         lost = len(lines) - len(whole) - (not (lines and lines[-1]))
         if lost > 0:

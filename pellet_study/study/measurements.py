@@ -9,7 +9,7 @@ from pellet_study.errors import InputError
 from pellet_study.output.words import nearest
 from pellet_study.rigs.catalogue import Catalogue
 from pellet_study.tables import rows
-from pellet_study.tables.numbers import BLANKS, number
+from pellet_study.tables.numbers import BLANKS, SIZES, fits, number
 
 COLUMNS = ("rig", "observable", "value", "sd", "n", "setup", "setup_sd", "split", "note")
 REQUIRED = ("rig", "observable", "value")
@@ -86,6 +86,8 @@ def _number(
         raise InputError(f"{where}: {name} {text[:60]!r}: expected a number{hint}") from None
     if not math.isfinite(value):
         raise InputError(f"{where}: {name} {text!r} is not finite; leave the cell blank where it is unknown")
+    if not fits(value):
+        raise InputError(f"{where}: {name} {text!r}: expected {SIZES}; is the unit right?")
     if least is not None and (value < least or (strict and value == least)):
         raise InputError(f"{where}: {name} {text!r}: expected {'more than' if strict else 'at least'} {least:g}")
     return value

@@ -11,6 +11,7 @@ from typing import Any
 from pellet_study.errors import InputError
 from pellet_study.output.words import nearest
 from pellet_study.study.study import Setting
+from pellet_study.tables.numbers import SIZES, fits
 
 EVERYTHING = (-math.inf, math.inf)
 KEYS_OF_SETTING = ("value", "min", "max")
@@ -82,4 +83,6 @@ def _number(where: str, key: str, value: Any) -> float:
         found = math.inf
     if not math.isfinite(found):
         raise InputError(f"{where}: {key}: expected a finite number, got {str(value)[:60]!r}")
+    if not fits(found):
+        raise InputError(f"{where}: {key}: expected {SIZES}, got {str(value)[:60]!r}; is the unit right?")
     return found

@@ -13,8 +13,10 @@ from itertools import count
 from pathlib import Path
 
 from pellet_study.errors import InputError
+from pellet_study.files import opening
 from pellet_study.tables import encoding, workbook
 
+LARGEST = 2_000_000_000  # bytes; the file is read line by line
 LONGEST_LINE = 1_000_000
 FIRST = 1 << 20  # bytes that the form is read off
 LOOKED_AT = 1000  # records that decide what separates cells, and the decimal sign
@@ -57,8 +59,7 @@ def read(
     with _reading(file):
         if not file.exists() and not file.is_symlink():
             raise InputError(f"{file}: no such file; {advice}")
-        if file.exists() and not file.is_file():
-            raise InputError(f"{file}: expected a file of comma-separated values, found something else")
+        opening.refuse(file, LARGEST, what="a file of comma-separated values")
     if file.suffix.lower() in FOREIGN:
         raise InputError(f"{file}: {file.suffix} is not read; save the table as xlsx, or as CSV (UTF-8)")
     if file.suffix.lower() in WORKBOOKS:
