@@ -4,11 +4,12 @@ Nothing is written unless `write=True`, which leaves in the study's folder what 
 Rigs on YADE simulate; finished simulations are kept in the folder's `.store`, so such a study needs a folder.
 """
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from pellet_study.api.answers import Comparison, Diagnosis, Refinement
-from pellet_study.criticism import answers, text
+from pellet_study.criticism import answers, outlying, text
 from pellet_study.criticism.by_level import by_level
 from pellet_study.criticism.calibration import fit_study
 from pellet_study.criticism.compare import Comparison as Fitted
@@ -16,7 +17,7 @@ from pellet_study.criticism.compare import compare as compare_rows
 from pellet_study.criticism.diagnose import diagnose as rank
 from pellet_study.criticism.refine import refine as refine_study
 from pellet_study.errors import InputError
-from pellet_study.output.words import nearest
+from pellet_study.output.words import nearest, number
 from pellet_study.study import history
 from pellet_study.study.edit import erase_effect, write_effect
 from pellet_study.study.study import Setting, Study, check
@@ -43,6 +44,7 @@ def compare(study: Study, *, write: bool = False) -> Comparison:
     """
     state = fit_study(study)
     found = compare_rows(study, state, level_out=True)
+    found = replace(found, warnings=(*found.warnings, *outlying.told(study, _compared)))
     answer = answers.comparison(found)
     interpolation = answers.check_surface(answer, state)
     page = text.comparison_page(study, found)
@@ -71,6 +73,7 @@ def diagnose(study: Study, *, write: bool = False) -> Diagnosis:
     """
     state = fit_study(study)
     found = rank(study, state)
+    found = replace(found, warnings=(*found.warnings, *outlying.told(study, _diagnosed)))
     answer = {**answers.diagnosis(found), "by_level": by_level(state, found)}
     page = text.diagnosis_page(study, found)
     if write:
@@ -166,6 +169,9 @@ def refine(study: Study, *, write: bool = False) -> Refinement:
     adequate ['cohesion']
     """
     found = refine_study(study)
+    last = found.diagnoses[-1]
+    last = replace(last, warnings=(*last.warnings, *outlying.told(study, _refined)))
+    found = replace(found, diagnoses=(*found.diagnoses[:-1], last))
     answer = answers.refinement(found)
     interpolation = answers.check_surface(answer, found.state)
     answer["diagnoses"][0]["by_level"] = by_level(found.first, found.diagnoses[0])
@@ -176,9 +182,35 @@ def refine(study: Study, *, write: bool = False) -> Refinement:
             write_effect(folder / "study.toml", name, found.study.effects[name])
         history.record(folder, answer["steps"])
         history.leave(folder, "refine", page, answer)
-        last = text.comparison_page(found.study, found.steps[-1])
-        history.leave(folder, "compare", last, answer["steps"][-1])
+        history.leave(folder, "compare", text.comparison_page(found.study, found.steps[-1]), answer["steps"][-1])
     return Refinement(answer, page, found.study, interpolation)
+
+
+def _compared(study: Study) -> str:
+    """What `compare` says of a study, in a few words."""
+    found = compare_rows(study)
+    chi2 = f"rms {number(found.rms_error, 3)}" if found.chi2 is None else f"chi2 = {found.chi2:.4g} on {found.dof}"
+    fit = {True: "the model fits", False: "the model fails", None: "how well it fits cannot be judged"}[found.judged]
+    return f"{chi2}, {fit}"
+
+
+def _diagnosed(study: Study) -> str:
+    """What `diagnose` says of a study, in a few words."""
+    return _verdict(answers.diagnosis(rank(study, fit_study(study))))
+
+
+def _refined(study: Study) -> str:
+    """What `refine` says of a study, in a few words."""
+    found = refine_study(study)
+    return _verdict(answers.diagnosis(found.diagnoses[-1])) + (
+        f", added {', '.join(found.added)}" if found.added else ""
+    )
+
+
+def _verdict(answer: dict[str, Any]) -> str:
+    names = answer["tied"] or answer.get("missing") or []
+    words = " or ".join(" + ".join(name) if isinstance(name, list | tuple) else str(name) for name in names)
+    return f"{answer['verdict']}{': ' + words if words else ''}"
 
 
 def folder_of(study: Study) -> Path:

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pellet_study.criticism.calibration import CalibratedStudy
-from pellet_study.criticism.scatter import pooled_sd
+from pellet_study.criticism.scatter import last_digit, no_less_than_resolution, pooled_sd
 from pellet_study.model.model import key
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import Study
@@ -63,13 +63,15 @@ def reading_sd(study: Study) -> list[float | None]:
             [sum(r.n * (r.value - m) ** 2 for r in c) for c, m in zip(replicates.values(), means, strict=True)]
         )
         sd = np.sqrt(within / np.maximum(dof, 1))
-        pooled[group] = (means, pooled_sd(means, sd, dof))
+        resolution = np.array([max(r.resolution for r in c) for c in replicates.values()])
+        step = np.array([last_digit([r.value for r in c]) for c in replicates.values()])
+        pooled_sds, _ = no_less_than_resolution("", pooled_sd(means, sd, dof), np.abs(means), resolution, step)
+        pooled[group] = (means, pooled_sds)
     known: list[float | None] = []
     for row in study.rows:
-        spread = row.sd
+        spread = None if row.sd is None else max(row.sd, row.resolution)
         if spread is None and (row.rig, row.observable) in pooled:
             means, sd = pooled[row.rig, row.observable]
             spread = float(sd[np.argmin(np.abs(means - row.value))])
-            spread = spread if spread > 0 else None
         known.append(of_stated.get((row.rig, row.observable)) if spread is None else spread)
     return known

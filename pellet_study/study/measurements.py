@@ -11,7 +11,7 @@ from pellet_study.rigs.catalogue import Catalogue
 from pellet_study.tables import rows
 from pellet_study.tables.numbers import BLANKS, SIZES, fits, number
 
-COLUMNS = ("rig", "observable", "value", "sd", "n", "setup", "setup_sd", "split", "note")
+COLUMNS = ("rig", "observable", "value", "sd", "n", "setup", "setup_sd", "split", "note", "resolution")
 REQUIRED = ("rig", "observable", "value")
 SPLITS = ("fit", "holdout")
 TEXTS = ("rig", "observable", "value", "setup", "split", "note")  # where * or / is no blank
@@ -38,6 +38,7 @@ class Measurement:
     split: str
     note: str
     line: int
+    resolution: float = 0.0  # smallest step of the instrument, a least sd; 0 where it is not given
 
 
 def read(file: Path, catalogue: Catalogue) -> tuple[Measurement, ...]:
@@ -122,8 +123,10 @@ class _Rows:
             self.cases[key] = self._case(where, dict(zip(self.header, cells, strict=True)))
         rig, observable, conditions, known = self.cases[key]
         value, sd, n, setup, setup_sd, split, note = (
-            "" if (place := self.place[name]) is None else cells[place] for name in COLUMNS[2:]
+            "" if (place := self.place[name]) is None else cells[place] for name in COLUMNS[2:-1]
         )
+        place = self.place["resolution"]
+        resolution = cells[place] if place is not None else ""
         count = _number(where, "n", n, 1, decimal=self.decimal) if n else 1.0
         if count != int(count):
             raise InputError(f"{where}: n {n!r}: expected a whole number of readings")
@@ -148,6 +151,7 @@ class _Rows:
             split=split or SPLITS[0],
             note=note,
             line=line,
+            resolution=_number(where, "resolution", resolution, 0.0, decimal=self.decimal) if resolution else 0.0,
         )
 
     def _case(self, where: str, cells: dict[str, str]) -> tuple[str, str, dict, dict]:
