@@ -11,6 +11,7 @@
 Names are loaded when they are first used.
 """
 
+from pellet_study import starting as starting  # isort: skip  # before anything that takes time
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any

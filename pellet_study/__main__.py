@@ -12,11 +12,13 @@ from contextlib import AbstractContextManager, nullcontext
 from pathlib import Path
 
 import pellet_study
+from pellet_study import starting
 from pellet_study.commands import COMMANDS, EDITING, SIMULATING
 from pellet_study.errors import InputError, StudyError
-from pellet_study.files import writing
+from pellet_study.files import opening, writing
+from pellet_study.output.terminal import complain
+from pellet_study.output.words import plain
 
-INTERRUPTED = 130
 OPEN = ("/dev/fd/", "/proc/self/fd/")
 NAMED = {
     f"{folder}{number}": name
@@ -109,9 +111,11 @@ def _leave_json(file: Path, answer: object) -> None:
 
 def main(argv: list[str] | None = None) -> int:
     """Run one command; returns the exit status (0 answered, 2 bad input, 3 simulations failed, 130 interrupted)."""
+    _own_surroundings()
     logging.getLogger("pellet_study").setLevel(logging.INFO)
     if not logging.getLogger().handlers:
-        logging.basicConfig(format="pellet-study: %(message)s")
+        logging.basicConfig()
+        logging.getLogger().handlers[0].setFormatter(_Plain("pellet-study: %(message)s"))
         logging.getLogger().handlers[0].addFilter(logging.Filter("pellet_study"))  # others' lines are not passed on
     if not sys.warnoptions:
         warnings.simplefilter("ignore")  # nor are warnings to programmers: what a user must know is said in the answer
@@ -119,19 +123,21 @@ def main(argv: list[str] | None = None) -> int:
         if hasattr(stream, "reconfigure"):
             stream.reconfigure(errors="backslashreplace")  # a terminal that has no such letter
     try:
+        starting.attend()
         return _answer(sys.argv[1:] if argv is None else argv)
     except KeyboardInterrupt:
         signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second one changes nothing
-        print("pellet-study: interrupted; what was finished is kept", file=sys.stderr)
-        return INTERRUPTED
+        complain(starting.WORDS)
+        return starting.INTERRUPTED
     except StudyError as error:
-        print(f"pellet-study: {error}", file=sys.stderr)
+        complain(error)
         return error.exit_status
     except BrokenPipeError:  # `pellet-study ... | head`: the reader has seen enough
-        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+        _give_up_stdout()
         return 0
     except OSError as error:
-        print(f"pellet-study: {_words(error)}", file=sys.stderr)
+        complain(_words(error))
+        _give_up_stdout()
         return InputError.exit_status
 
 
@@ -157,6 +163,30 @@ def _held(arguments: argparse.Namespace) -> AbstractContextManager[None]:
     from pellet_study.study.edit import alone
 
     return alone(arguments.study)
+
+
+def _give_up_stdout() -> None:
+    """Nothing more is written there: not what is still in its buffer either, when the program ends."""
+    try:
+        sys.stdout.flush()
+    except OSError:
+        os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
+
+
+class _Plain(logging.Formatter):
+    """Lines of the log as a terminal only shows them."""
+
+    def format(self, record: logging.LogRecord) -> str:
+        return plain(super().format(record))
+
+
+def _own_surroundings() -> None:
+    """Streams that are closed lead nowhere; settings of matplotlib of the user's, for other figures, change nothing."""
+    opening.fill_streams()
+    for name in ("stdout", "stderr"):
+        if getattr(sys, name) is None:
+            setattr(sys, name, open(os.devnull, "w", encoding="utf-8"))
+    os.environ.update(MPLBACKEND="agg", MATPLOTLIBRC=os.devnull)
 
 
 def _words(error: OSError) -> str:

@@ -22,6 +22,7 @@ PACKAGE = Path(pellet_study.__file__).resolve().parent
 SCRIPTS = PACKAGE.parent / "yade_scripts"
 SIMULATION = "errors files output tables rigs study simulation"
 ROOMS = {
+    "starting": "",
     "errors": "",
     "files": "errors",
     "output": "errors files",
@@ -40,7 +41,7 @@ ROOMS = {
     "challenge": f"{SIMULATION} model criticism",
     "api": f"{SIMULATION} model criticism doe powder",
     "commands": f"{SIMULATION} model criticism doe paper heap bench powder report challenge api",
-    "__main__": "errors files study commands",
+    "__main__": "errors files output study commands",
 }
 ORDER = re.compile(r"(< )?[\w/]+(( <|,) [\w/]+)*,?")  # a line of an order: names parted by `<` or commas
 

@@ -109,7 +109,9 @@ def add(study: Study, effect: str, *, write: bool = False) -> Comparison:
     SimulationError : as `compare`
     """
     if effect in study.effects:
-        raise InputError(f"{effect} is in [effects] already")
+        if not write or history.recorded(folder_of(study), list(study.effects)):
+            raise InputError(f"{effect} is in [effects] already")
+        study = study.without_effect(effect)  # an `add` that was stopped after study.toml is finished
     if effect not in study.acting():
         study.catalogue.effect(effect)
         raise InputError(

@@ -11,7 +11,7 @@ from pellet_study.errors import InputError
 from pellet_study.files import writing
 from pellet_study.rigs.catalogue import Catalogue
 from pellet_study.study.load import assembled, load
-from pellet_study.study.measurements import Measurement, read
+from pellet_study.study.measurements import Measurement, read, refuse_sizes
 from pellet_study.study.study import Setting, Study
 from pellet_study.study.user_code import catalogue_of
 
@@ -108,7 +108,9 @@ def _rows(measurements: pd.DataFrame, catalogue: Catalogue) -> tuple[Measurement
         file = Path(temporary) / "measurements"
         measurements.to_csv(file, index=False)
         try:
-            return read(file, catalogue)
+            rows = read(file, catalogue)
+            refuse_sizes(file, rows)
+            return rows
         except InputError as error:
             raise InputError(str(error).replace(str(file), "measurements")) from None
 

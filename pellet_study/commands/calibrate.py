@@ -11,6 +11,7 @@ from pellet_study.commands.arguments import add_study, study_of
 from pellet_study.commands.numbers import whole
 from pellet_study.errors import InputError
 from pellet_study.files import writing
+from pellet_study.output.terminal import say
 
 if TYPE_CHECKING:
     from pellet_study.powder import Heaps, Plan
@@ -85,11 +86,11 @@ def run(arguments: argparse.Namespace) -> dict:
     results = Results(plan, folder, arguments.quick)
     if arguments.few:
         setting = few_heaps.calibrate(heaps, results)
-        print(report.write_path(results, setting))
+        say(report.write_path(results, setting))
         return report.path_answer(setting)
     chain = Chain(heaps, results, after=report.write_summary)
     chain.run(_stages(arguments))
-    print(report.write(chain))
+    say(report.write(chain))
     return report.answer(results)
 
 

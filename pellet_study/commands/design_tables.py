@@ -8,7 +8,7 @@ from pathlib import Path
 
 from pellet_study.commands.numbers import number, whole
 from pellet_study.errors import InputError
-from pellet_study.output.terminal import done
+from pellet_study.output.terminal import complain, done, say
 
 
 def add_table_arguments(parser: argparse.ArgumentParser) -> None:
@@ -59,7 +59,7 @@ def check_arguments(arguments: argparse.Namespace) -> None:
 def warn(messages: list[str]) -> None:
     """Warnings go to the error stream, below the answer."""
     for message in messages:
-        print(f"pellet-study: warning: {message}", file=sys.stderr)
+        complain(f"warning: {message}")
 
 
 @contextmanager
@@ -137,11 +137,11 @@ def save_sheet(frame, path: Path | None, seed: int, n_new: int) -> None:
 
     if path is None:
         print(frame.to_csv(index=False), end="")
-        print(f"pellet-study: random order, seed {seed} (--seed {seed} gives it again)", file=sys.stderr)
+        complain(f"random order, seed {seed} (--seed {seed} gives it again)")
         return
     with writing(path):
         write_sheet(frame, path)
     runs = f"{len(frame)} runs" if n_new == len(frame) else f"{len(frame)} runs, {n_new} of them to make,"
-    print(
+    say(
         f"{runs} written to {path} in random order (seed {seed}): make them in the order of the column run, fill the last column in"
     )

@@ -67,9 +67,11 @@ def styled(draw: Callable[..., Any]) -> Callable[..., Any]:
 
     @wraps(draw)
     def in_style(*arguments: Any, **options: Any) -> Any:
-        import matplotlib
+        from matplotlib import style
 
-        with matplotlib.rc_context({**STYLE, "font.family": fonts.families()}):
+        with style.context(
+            ["default", {**STYLE, "font.family": fonts.families()}]
+        ):  # the user's own settings change nothing
             return draw(*arguments, **options)
 
     return in_style

@@ -3,7 +3,7 @@
 Figures are drawn anew from the answers the commands left there; what is not there yet is named with its command.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +14,7 @@ from pellet_study.criticism.facts import model_name
 from pellet_study.errors import InputError
 from pellet_study.files import opening, writing
 from pellet_study.output import style
-from pellet_study.output.words import number
+from pellet_study.output.words import number, plain
 from pellet_study.powder import decisions
 from pellet_study.report import criticism
 from pellet_study.report.bench import bench_stages, joint
@@ -28,6 +28,7 @@ from pellet_study.study.study import Study
 Answer = dict[str, Any]  # the JSON that a command left
 
 FILE = "report.html"
+DAMAGED = (KeyError, TypeError, AttributeError, IndexError, ValueError)
 SECTIONS = (
     ("measured", "What was measured"),
     ("model", "What the model says"),
@@ -49,7 +50,7 @@ def write(folder: Path, library: Path | None = None) -> Path:
     """
     file = Path(folder) / FILE
     text = page(Path(folder), library)
-    return writing.text(file, text).resolve()
+    return writing.text(file, plain(text)).resolve()
 
 
 def page(folder: Path, library: Path | None = None) -> str:
@@ -60,16 +61,12 @@ def page(folder: Path, library: Path | None = None) -> str:
     InputError : no study, or a file in it is not what a command wrote
     """
     study = load(folder, library)
-    compared = _answer(folder, "compare")
-    diagnoses = _diagnoses(_answer(folder, "refine"), _answer(folder, "diagnose"))
     steps = _whole(folder, history.read_history(folder))
+    left = {name: _answer(folder, name) for name in ("compare", "diagnose", "refine")}
     try:
-        content = _content(study, folder, compared, diagnoses, steps)
-    except (KeyError, TypeError, AttributeError, IndexError) as error:
-        raise InputError(
-            f"{folder}: a result there is not what this version writes ({type(error).__name__}: {error}); "
-            "run compare, diagnose or refine again"
-        ) from None
+        content = _of(study, folder, left, steps)
+    except DAMAGED as error:
+        raise _damaged(study, folder, left, steps, error) from None
     environment = Environment(
         loader=PackageLoader("pellet_study.report", "template"),
         autoescape=True,
@@ -78,6 +75,35 @@ def page(folder: Path, library: Path | None = None) -> str:
         lstrip_blocks=True,
     )
     return environment.get_template(FILE).render(content)
+
+
+def _of(study: Study, folder: Path, left: Mapping[str, Answer | None], steps: list[Answer]) -> dict[str, Any]:
+    """What the template lays out, of the answers that the commands left."""
+    return _content(study, folder, left["compare"], _diagnoses(left["refine"], left["diagnose"]), steps)
+
+
+def _damaged(
+    study: Study, folder: Path, left: Mapping[str, Answer | None], steps: list[Answer], error: Exception
+) -> InputError:
+    """Names the file without which the page could be made, and the command that writes it anew."""
+    what = f"is not what this version writes ({type(error).__name__}: {error})"
+    for name, answer in left.items():
+        if answer is not None and _made(study, folder, {**left, name: None}, steps):
+            return InputError(f"{folder / name}.json: {what}; run `pellet-study {name} {_named(study, folder)}` again")
+    if steps and _made(study, folder, left, []):
+        again = f"delete it, and run `pellet-study refine {_named(study, folder)}` again"
+        return InputError(f"{folder / history.HISTORY}: {what}; {again}")
+    files = ", ".join(f"{name}.json" for name, answer in left.items() if answer is not None) or "a table of a stage"
+    return InputError(f"{folder}: {files} {what}; run the commands that wrote them again")
+
+
+def _made(study: Study, folder: Path, left: Mapping[str, Answer | None], steps: list[Answer]) -> bool:
+    """Whether the page can be made of these."""
+    try:
+        _of(study, folder, left, steps)
+    except DAMAGED:
+        return False
+    return True
 
 
 def _content(

@@ -1,9 +1,11 @@
 """What a study folder remembers: each command's answer, and the error falling step by step."""
 
+from collections.abc import Sequence
 from pathlib import Path
 
 from pellet_study.errors import InputError
 from pellet_study.files import opening, writing
+from pellet_study.output.words import plain
 
 HISTORY = "history.json"
 
@@ -21,15 +23,22 @@ def read_history(folder: Path) -> list[dict]:
     try:
         steps = opening.json_in(file)["steps"]
         if not isinstance(steps, list):
-            raise TypeError
+            raise TypeError("`steps` is no list")
+        for step in steps:
+            _gist(step), step["chi2"], step["lack_of_fit_p"]
         return steps
-    except (ValueError, KeyError, TypeError):
-        raise InputError(f"{file}: is damaged; delete it to begin the history anew") from None
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(
+            f"{file}: is damaged ({type(error).__name__}: {error}); delete it, and `pellet-study refine {folder}` begins the "
+            "history anew"
+        ) from None
 
 
 def record(folder: Path, steps: list[dict]) -> None:
-    """Add steps to a study's history; a step that repeats the last one is left out."""
+    """Add steps to a study's history; a step that repeats the last one is left out, and steps that are its last already."""
     known = read_history(folder)
+    if [*map(_gist, known[-len(steps) :])] == [*map(_gist, steps)]:
+        return
     for new in steps:
         if not known or _gist(known[-1]) != _gist(new):
             known.append(new)
@@ -42,7 +51,17 @@ def _gist(step_told: dict) -> tuple:
     return (*step_told["effects"], step_told["dof"], *(None if e is None else f"{e:.3g}" for e in errors))
 
 
+def recorded(folder: Path, effects: Sequence[str]) -> bool:
+    """Whether the last comparison and the last step of the history are of a model with these effects."""
+    steps = read_history(folder)
+    try:
+        compared = opening.json_in(folder / "compare.json")["effects"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
+    return bool(steps) and compared == steps[-1]["effects"] == list(effects)
+
+
 def leave(folder: Path, name: str, page: str, answer: dict) -> None:
     """Keep a command's page and its answer in the study: NAME.txt and NAME.json."""
-    writing.text(folder / f"{name}.txt", page + "\n")
+    writing.text(folder / f"{name}.txt", plain(page) + "\n")
     writing.json(folder / f"{name}.json", answer)

@@ -9,7 +9,7 @@ from pellet_study.files.toml import toml_in
 from pellet_study.output.words import nearest
 from pellet_study.rigs.catalogue import Catalogue
 from pellet_study.study.checked_code import check_on_rows
-from pellet_study.study.measurements import Measurement, read
+from pellet_study.study.measurements import Measurement, read, refuse_sizes
 from pellet_study.study.study import SCALINGS, Setting, Study, check, settings
 from pellet_study.study.user_code import catalogue_of
 from pellet_study.study.values import choice, limits, setting, table, text
@@ -51,7 +51,9 @@ def load(folder: Path, library: Path | None = None) -> Study:
     given = toml_in(file, "a study is a folder with study.toml and measurements.csv")
     refuse_unknown(given, file)
     everything = catalogue_of(folder, library)
-    rows = read(_inside(folder, file, text(file, given, "measurements", "measurements.csv")), everything)
+    measurements = _inside(folder, file, text(file, given, "measurements", "measurements.csv"))
+    rows = read(measurements, everything)
+    refuse_sizes(measurements, rows)
     return assembled(given, rows, everything, file, folder, library)
 
 

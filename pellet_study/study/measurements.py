@@ -1,7 +1,7 @@
 """measurements.csv: tidy rows, a reading or a mean of readings each, checked before anything is computed from them."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -60,6 +60,20 @@ def read(file: Path, catalogue: Catalogue) -> tuple[Measurement, ...]:
     return found
 
 
+def refuse_sizes(file: Path | str, rows: Sequence[Measurement]) -> None:
+    """Refuse numbers of sizes that cannot be reckoned with, as their squares run over.
+
+    Raises
+    ------
+    InputError : names the line, the column and the number
+    """
+    for row in rows:
+        own = (("value", row.value), ("sd", row.sd or 0.0), ("setup_sd", row.setup_sd), ("resolution", row.resolution))
+        for name, value in (*own, *row.conditions.items(), *row.parameters.items()):
+            if isinstance(value, float) and not fits(value):
+                raise InputError(f"{file}: line {row.line}: {name} {value!r}: expected {SIZES}; is the unit right?")
+
+
 def _check_header(file: Path, first: int, header: list[str], conditions: set, parameters: set) -> None:
     accepted = {*COLUMNS, *conditions, *parameters}
     for name in header:
@@ -87,8 +101,6 @@ def _number(
         raise InputError(f"{where}: {name} {text[:60]!r}: expected a number{hint}") from None
     if not math.isfinite(value):
         raise InputError(f"{where}: {name} {text!r} is not finite; leave the cell blank where it is unknown")
-    if not fits(value):
-        raise InputError(f"{where}: {name} {text!r}: expected {SIZES}; is the unit right?")
     if least is not None and (value < least or (strict and value == least)):
         raise InputError(f"{where}: {name} {text!r}: expected {'more than' if strict else 'at least'} {least:g}")
     return value
