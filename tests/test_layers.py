@@ -41,7 +41,7 @@ ROOMS = {
     "challenge": f"{SIMULATION} model criticism",
     "api": f"{SIMULATION} model criticism doe powder",
     "commands": f"{SIMULATION} model criticism doe paper heap bench powder report challenge api",
-    "__main__": "errors files output study commands",
+    "__main__": "starting errors files output study commands",
 }
 ORDER = re.compile(r"(< )?[\w/]+(( <|,) [\w/]+)*,?")  # a line of an order: names parted by `<` or commas
 

@@ -9,6 +9,15 @@ from pellet_study.errors import InputError
 NO_LOCKS = {errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP, errno.EINVAL}
 
 
+def available() -> bool:
+    """Whether this operating system has file locks (Windows has none)."""
+    try:
+        import fcntl
+    except ImportError:
+        return False
+    return hasattr(fcntl, "flock")
+
+
 def hold(descriptor: int, place: Path, wait: Callable[[], None]) -> None:
     """Lock an open descriptor (flock); `wait` is called once where another process has it.
 
@@ -16,12 +25,10 @@ def hold(descriptor: int, place: Path, wait: Callable[[], None]) -> None:
     ------
     InputError : the file system, or this operating system, has no locks
     """
-    try:
-        import fcntl
-    except ImportError:  # Windows has none; only what runs on YADE has several writers
-        raise InputError(
-            f"{place}: this operating system has no file locks, which simulations on YADE need: run them on Linux"
-        ) from None
+    if not available():  # only what runs on YADE has several writers
+        raise InputError(f"{place}: simulations on YADE need Linux; this operating system has no file locks")
+    import fcntl
+
     try:
         try:
             fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)

@@ -52,7 +52,7 @@ def of_memory(reason: str) -> bool:
 
 def cores() -> int:
     """Number of cores this process may use."""
-    return len(os.sched_getaffinity(0))
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def run(

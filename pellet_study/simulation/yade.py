@@ -55,7 +55,8 @@ def executable() -> str:
         )
     raise InputError(
         "YADE was not found: neither yadedaily nor yade is on the PATH. On Debian or Ubuntu: apt-get install yade "
-        "(`make study` does it); elsewhere set PELLET_STUDY_YADE to the command"
+        "(`make study` does it); elsewhere set PELLET_STUDY_YADE to the command. Closed-form rigs, tables, audits and photographs "
+        "need none"
     )
 
 

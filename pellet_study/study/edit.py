@@ -3,7 +3,6 @@
 import logging
 import os
 import re
-import sys
 import tomllib
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
@@ -24,7 +23,7 @@ def alone(folder: Path) -> Iterator[None]:
     if not folder.is_dir():
         yield
         return
-    if sys.platform == "win32":  # a folder cannot be opened there
+    if not locking.available():
         yield
         return
     descriptor = os.open(folder, os.O_RDONLY)
