@@ -21,7 +21,7 @@ def study(tmp_path):
 
 
 def in_shell(line: str, **more) -> subprocess.CompletedProcess:
-    return subprocess.run(["sh", "-c", line], cwd=ROOT, capture_output=True, text=True, timeout=120, **more)
+    return subprocess.run(["sh", "-c", line], cwd=ROOT, capture_output=True, text=True, timeout=300, **more)
 
 
 @pytest.mark.parametrize("closed", [">&-", "2>&-", "<&-", ">&- 2>&- <&-"])
