@@ -23,7 +23,7 @@ def add_table_arguments(parser: argparse.ArgumentParser) -> None:
         help="a column that says in which block (day, batch) a run was made: fitted beside the factors",
     )  # fmt: skip
     parser.add_argument("--alpha", type=float, default=0.05, help="significance level (0.05)")
-    parser.add_argument("--unit", default="", help="unit of the response, for the figures")
+    parser.add_argument("--unit", metavar="[NAME=]UNIT", action="append", help="unit of the response, for the figures")
     parser.add_argument("--figures", metavar="DIR", type=Path, help="write the figures there (PNG)")
 
 
@@ -38,6 +38,8 @@ def again(arguments: argparse.Namespace) -> str:
     words = [str(arguments.table)]
     for option in ("factor", "ignore", "block"):
         words += [word for given in getattr(arguments, option) for word in (f"--{option}", given)]
+    if arguments.response:
+        words += ["--response", *arguments.response]
     return shlex.join(words)
 
 
@@ -50,7 +52,10 @@ def check_arguments(arguments: argparse.Namespace) -> None:
         If there is neither a table nor a design to make, or alpha is no level.
     """
     if (arguments.table is None) == (arguments.design is None):
-        raise InputError("expected a table to analyse (TABLE.csv) or a design to make (--design), one of the two")
+        after = "; the table stands before --response" if arguments.response else ""
+        raise InputError(
+            f"expected a table to analyse (TABLE.csv) or a design to make (--design), one of the two{after}"
+        )
     if not 0 < arguments.alpha < 1:
         raise InputError(f"--alpha {arguments.alpha:g}: expected a level between 0 and 1, such as 0.05")
 

@@ -64,12 +64,15 @@ class FittedResponse:
         found = interval(self.surface.model, coded, self.surface.alpha)
         if self.transformation is None:
             return found
-        confidence, prediction = (
-            ends and tuple(sorted(map(float, self._back(np.array(ends)))))
-            for ends in (found.confidence, found.prediction)
-        )
         predicted = float(self._back(found.predicted))
+        confidence, prediction = self._back_ends(found.confidence), self._back_ends(found.prediction)
         return Interval(predicted, None, confidence, prediction, found.extrapolation, found.level)
+
+    def _back_ends(self, ends: tuple[float, float] | None) -> tuple[float, float] | None:
+        if ends is None:
+            return None
+        low, high = sorted(map(float, self._back(np.array(ends))))
+        return low, high
 
     def predicted_range(self) -> tuple[float, float]:
         """Lowest and highest predicted response in the box [-1, 1]^k."""

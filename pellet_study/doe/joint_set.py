@@ -152,7 +152,7 @@ def joint_set(responses: list[FittedResponse], goals: list[Goal]) -> JointSet:
         fraction=float(met.all(axis=0).mean()),
         fraction_not_excluded=None if not_excluded is None else float(not_excluded.all(axis=0).mean()),
         fraction_assured=_assured(wanted, points) if fitted else None,
-        extents=_extents(wanted, points, met.all(axis=0), best),
+        extents=_extents(wanted, points, points[met.all(axis=0)], best),
         coded=best,
         physical={f.name: float(f.physical(x)) for f, x in zip(factors, best, strict=True)},
         desirability=float(overall([part.desirability for part in parts], [goal.exponent for goal in goals])),
@@ -191,7 +191,7 @@ def _after_replicate(place: int, response, goal, not_excluded: np.ndarray, point
 
 
 # -------------------------------------------------------------------------------------------- ranges of the factors
-def _extents(wanted: Wanted, points, inside: np.ndarray, best) -> list[Extent]:
+def _extents(wanted: Wanted, points, inside, best) -> list[Extent]:
     """Range of every factor on the set: from the sample's outermost points, pushed outwards."""
     scales = [max(1e-300, float(np.ptp(response.predict(points)))) for response, _ in wanted]
 
@@ -199,7 +199,7 @@ def _extents(wanted: Wanted, points, inside: np.ndarray, best) -> list[Extent]:
         pairs = zip(wanted, scales, strict=True)
         return all(goal.miss(response.predict(x)[0]) <= ON_EDGE * scale for (response, goal), scale in pairs)
 
-    known = np.vstack([points[inside], best]) if fine(best) else points[inside]
+    known = np.vstack([inside, best]) if fine(best) else inside
     if not len(known):
         return []
     constraints = acceptable(wanted)

@@ -30,7 +30,7 @@ class Selection:
     dropped : list of str
         In the order in which they were left out.
     aicc : list of float
-        Of the full model, and after each term left out; infinite while n - k - 1 is not positive.
+        Of the full model, and after each step; infinite while n - k - 1 is not positive.
     r2_predicted_honest : float or None
         Predicted R2 with the selection made anew without each run in turn: the run predicted has had no say in
         which terms stand in the model. None where a run alone carries a term.
@@ -58,8 +58,9 @@ def aicc(ss_residual: float, runs: int, coefficients: int) -> float:
 def select_by_aicc(surface: Surface) -> Selection:
     """Leave out the term whose loss lowers AICc most, again, until none does; hierarchy kept.
 
-    Blocks always stay, and count among the coefficients. While the model is too large for AICc to be defined, the term
-    that costs least in residual goes. Backward steps need not end at the lowest AICc of all models, and mostly do.
+    A step leaves out one term or, where no single one helps, a main effect with its products and its square. Blocks
+    always stay, and count among the coefficients. While the model is too large for AICc to be defined, the term that
+    costs least in residual goes. Backward steps mostly end at the lowest AICc of all models, but need not.
 
     Raises
     ------
@@ -80,7 +81,7 @@ def select_by_aicc(surface: Surface) -> Selection:
 
 
 def _backward(terms: Terms, matrix: np.ndarray, extra: np.ndarray, response) -> tuple[list[str], list[float]]:
-    """Names left out, and AICc before and after each."""
+    """Names left out, and AICc before and after each step."""
     names = list(terms)
 
     def criterion(kept: list[str]) -> tuple[float, float]:
@@ -92,21 +93,27 @@ def _backward(terms: Terms, matrix: np.ndarray, extra: np.ndarray, response) -> 
     kept, dropped = list(names), []
     now = criterion(kept)
     values = [now[0]]
-    while candidates := [name for name in kept if name != INTERCEPT and not _needed(name, kept, terms)]:
-        best, worst = min((criterion([k for k in kept if k != name]), name) for name in candidates)
-        if best[0] >= now[0] and np.isfinite(now[0]):
-            break
-        kept.remove(worst)
-        dropped.append(worst)
+    while True:
+        steps = [[*_needing(name, kept, terms), name] for name in kept if name != INTERCEPT]
+        for size in (1, 2):  # single terms while one helps, then a main effect with what needs it
+            tried = [step for step in steps if min(len(step), 2) == size]
+            best, gone = min(
+                ((criterion([k for k in kept if k not in step]), step) for step in tried), default=(now, [])
+            )
+            if gone and (best[0] < now[0] or not np.isfinite(now[0])):
+                break
+        else:
+            return dropped, values
+        kept = [name for name in kept if name not in gone]
+        dropped += gone
         values.append(best[0])
         now = best
-    return dropped, values
 
 
-def _needed(name: str, kept: list[str], terms: Terms) -> bool:
-    """Whether a main effect has a product or a square of it in the model."""
+def _needing(name: str, kept: list[str], terms: Terms) -> list[str]:
+    """The products and the square of a main effect."""
     indices = terms[name]
-    return len(indices) == 1 and any(len(terms[other]) == 2 and indices[0] in terms[other] for other in kept)
+    return [other for other in kept if len(indices) == 1 and len(terms[other]) == 2 and indices[0] in terms[other]]
 
 
 def _honest_r2(surface: Surface, extra: np.ndarray) -> float | None:

@@ -1,37 +1,73 @@
-"""Backward selection by AICc: the criterion of others, a truth known, an exhaustive search, the price."""
+"""Backward selection by AICc: the criterion of statsmodels, a truth known, an exhaustive search, blocks, the price."""
 
+import json
 from itertools import combinations
 
 import numpy as np
 import pandas as pd
 import pytest
+from statsmodels.regression.linear_model import OLS
 from statsmodels.tools.eval_measures import aicc as aicc_of_statsmodels
 
+from pellet_study.__main__ import main
 from pellet_study.doe import box_behnken
+from pellet_study.doe.blocks import Block
 from pellet_study.doe.design_table import code_design
-from pellet_study.doe.linear_model import fit, quadratic_terms
+from pellet_study.doe.linear_model import columns_of, quadratic_terms
 from pellet_study.doe.selection import aicc, select_by_aicc
 from pellet_study.errors import InputError
 from tests.helpers.published_designs import worsted_yarn
 
 
-def surface_of(function, noise, seed=0, runs=3):
-    coded = box_behnken.coded_matrix(3, 4, face_centred=True)
-    coded = np.vstack([coded] * runs)
+def surface_of(function, noise, seed=0, copies=3, blocks=None):
+    """The full quadratic fit of `function` with noise on a face-centred design, in two blocks that differ by `blocks`."""
+    coded = np.vstack([box_behnken.coded_matrix(3, 4, face_centred=True)] * copies)
     response = function(coded.T) + noise * np.random.default_rng(seed).normal(size=len(coded))
-    return box_behnken.analyse(code_design(pd.DataFrame(coded, columns=list("ABC")).assign(y=response)))
+    groups = []
+    if blocks is not None:
+        second = np.arange(len(coded)) % 2 == 1
+        response = response + blocks * second
+        groups = [Block("day", tuple("two" if late else "one" for late in second))]
+    frame = pd.DataFrame(coded, columns=list("ABC")).assign(y=response)
+    return box_behnken.analyse(code_design(frame, blocks=groups))
 
 
-def test_the_criterion_differs_from_that_of_statsmodels_by_a_constant():
-    surface = surface_of(lambda x: 5 * x[0], 1.0)
-    differences = []
-    for names in (["1", "A"], ["1", "A", "B", "AB"], list(surface.model.terms)):
-        terms = {name: surface.model.terms[name] for name in names}
-        model = fit(list("ABC"), terms, surface.model.coded, surface.model.response)
-        runs = len(model.response)
-        theirs = aicc_of_statsmodels(model.results.llf, runs, len(names) + 1)
-        differences.append(theirs - aicc(model.ss_residual, runs, len(names)))
-    assert differences == pytest.approx([differences[0]] * 3)
+def exhaustive(surface) -> tuple[float, set[str]]:
+    """The lowest AICc of statsmodels over all models that keep hierarchy, the blocks in each, and its terms."""
+    names, table = surface.table.names, surface.table
+    everything = quadratic_terms(names)
+    second = [name for name, indices in everything.items() if len(indices) == 2]
+    blocks = [column for block in table.blocks for column in block.columns().values()]
+    best = (np.inf, set())
+    for size in range(len(second) + 1):
+        for chosen in combinations(second, size):
+            needed = {i for name in chosen for i in everything[name]}
+            for mains in range(2 ** len(names)):
+                kept = {i for i in range(len(names)) if mains >> i & 1}
+                if needed <= kept:
+                    terms = {"1": (), **{names[i]: (i,) for i in sorted(kept)}, **{n: everything[n] for n in chosen}}
+                    matrix = np.column_stack([columns_of(table.coded, terms), *blocks])
+                    likelihood = OLS(table.response.to_numpy(), matrix).fit().llf
+                    criterion = aicc_of_statsmodels(likelihood, len(table.response), matrix.shape[1] + 1)
+                    best = min(best, (criterion, set(terms)), key=lambda found: found[0])
+    return best
+
+
+def statsmodels_aicc(model) -> float:
+    return aicc_of_statsmodels(model.results.llf, len(model.response), model.matrix.shape[1] + 1)
+
+
+@pytest.mark.parametrize("blocks", [None, 3.0])
+def test_the_criterion_differs_from_that_of_statsmodels_by_a_constant(blocks):
+    surface = surface_of(lambda x: 5 * x[0], 1.0, blocks=blocks)
+    models = [surface.model] + [
+        box_behnken.without(surface, dropped).model for dropped in (["AB"], ["AB", "BC", "B2"], ["A2", "B2", "C2"])
+    ]
+    differences = [
+        statsmodels_aicc(model) - aicc(model.ss_residual, len(model.response), model.matrix.shape[1])
+        for model in models
+    ]
+    assert differences == pytest.approx([differences[0]] * 4)
 
 
 def test_the_terms_that_are_there_stay():
@@ -40,31 +76,40 @@ def test_the_terms_that_are_there_stay():
     assert found.aicc == sorted(found.aicc, reverse=True)
 
 
-def test_no_smaller_model_that_keeps_hierarchy_has_a_lower_aicc():
-    """ln(cycles) of the worsted yarn, all 3 x 3 x 3 runs: an exhaustive search over the hierarchical models."""
-    frame = worsted_yarn().assign(cycles=lambda f: np.log(f.cycles))
-    surface = box_behnken.analyse(code_design(frame))
+@pytest.mark.parametrize("blocks", [None, 6.0])
+@pytest.mark.parametrize("seed", [1, 2, 3])
+def test_no_model_that_keeps_hierarchy_has_a_lower_aicc(seed, blocks):
+    """Three factors, two real effects: an exhaustive search by statsmodels, with two blocks in every model too."""
+    surface = surface_of(lambda x: 2 * x[0] - 1.5 * x[0] * x[1], 1.0, seed, copies=1, blocks=blocks)
     found = select_by_aicc(surface)
-    everything, names = quadratic_terms(["length", "amplitude", "load"]), ["length", "amplitude", "load"]
-    second = [name for name, indices in everything.items() if len(indices) == 2]
-    best = np.inf
-    for size in range(len(second) + 1):
-        for chosen in combinations(second, size):
-            needed = {i for name in chosen for i in everything[name]}
-            for mains in range(8):
-                kept = {i for i in range(3) if mains >> i & 1}
-                if needed <= kept:
-                    terms = {"1": (), **{names[i]: (i,) for i in sorted(kept)}, **{n: everything[n] for n in chosen}}
-                    model = fit(names, terms, surface.model.coded, surface.model.response)
-                    best = min(best, aicc(model.ss_residual, 27, len(terms)))
-    assert found.aicc[-1] == pytest.approx(best)
+    lowest, terms = exhaustive(surface)
+    assert statsmodels_aicc(found.surface.model) == pytest.approx(lowest)
+    assert set(found.surface.model.terms) == terms
+    assert found.surface.table.blocks == surface.table.blocks
+
+
+def test_the_worsted_yarn_is_reduced_to_the_best_model():
+    """ln(cycles) over all 3 x 3 x 3 runs: as the exhaustive search."""
+    frame = worsted_yarn().assign(cycles=lambda f: np.log(f.cycles))
+    found = select_by_aicc(box_behnken.analyse(code_design(frame)))
+    lowest, terms = exhaustive(found.surface)
+    assert statsmodels_aicc(found.surface.model) == pytest.approx(lowest) and set(found.surface.model.terms) == terms
+
+
+def test_a_difference_of_blocks_is_no_reason_to_keep_or_to_drop_a_term():
+    """Blocks fitted beside the terms take up whatever they differ by: the choice is the same for 0 and for 1000."""
+    chosen = [
+        select_by_aicc(surface_of(lambda x: 2 * x[0] - 3 * x[1] ** 2, 1.0, 5, 1, blocks)).dropped
+        for blocks in (0.0, 1000.0)
+    ]
+    assert chosen[0] == chosen[1]
 
 
 def test_pure_noise_has_its_price_said():
     """Nothing acts: the selected model's own predicted R2 flatters, the one with the selection repeated does not."""
     flattery, honest = [], []
     for seed in range(40):
-        found = select_by_aicc(surface_of(lambda x: 0 * x[0], 1.0, seed, runs=1))
+        found = select_by_aicc(surface_of(lambda x: 0 * x[0], 1.0, seed, copies=1))
         flattery.append(found.surface.r2_predicted)
         honest.append(found.r2_predicted_honest)
     assert np.mean(honest) < np.mean(flattery) - 0.1
@@ -73,8 +118,7 @@ def test_pure_noise_has_its_price_said():
 
 def test_a_model_too_large_for_aicc_is_still_reduced():
     """Ten terms in twelve runs: AICc is infinite, then defined."""
-    coded = box_behnken.coded_matrix(3, 1)[:12]
-    coded = np.vstack([coded[:11], [[0, 0, 0]]])
+    coded = np.vstack([box_behnken.coded_matrix(3, 1)[:11], [[0, 0, 0]]])
     response = 3 * coded[:, 0] + 0.1 * np.sin(np.arange(12) ** 2)
     surface = box_behnken.analyse(code_design(pd.DataFrame(coded, columns=list("ABC")).assign(y=response)))
     found = select_by_aicc(surface)
@@ -84,3 +128,21 @@ def test_a_model_too_large_for_aicc_is_still_reduced():
 def test_an_exact_fit_is_refused():
     with pytest.raises(InputError, match="fits every run exactly"):
         select_by_aicc(surface_of(lambda x: 3 * x[0] ** 2 + x[1], 0.0))
+
+
+def test_the_command_says_the_price(tmp_path, capsys):
+    surface = surface_of(lambda x: 4 * x[0], 1.0, 7, copies=1, blocks=2.0)
+    table = surface.table
+    path, out = tmp_path / "blocked.csv", tmp_path / "answer.json"
+    table.coded.assign(day=table.blocks[0].labels, y=table.response).to_csv(path, index=False)
+    assert main(["bbd", str(path), "--block", "day", "--select", "--json", str(out)]) == 0
+    answer, text = json.loads(out.read_text()), capsys.readouterr().out
+    expected = select_by_aicc(surface)
+    assert answer["reduced"]["dropped"] == expected.dropped and answer["reduced"]["p_follow_selection"] is True
+    assert answer["reduced"]["r2_predicted_honest"] == pytest.approx(expected.r2_predicted_honest)
+    assert len(answer["coefficients"]) == 10 > len(answer["reduced"]["coefficients"])
+    assert (
+        "blocks of day" in text and "its price" in text and "p values and intervals below follow that selection" in text
+    )
+    assert main(["bbd", str(path), "--block", "day", "--select", "--reduce"]) == 2
+    assert "one way to leave terms out" in capsys.readouterr().err
