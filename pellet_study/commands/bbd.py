@@ -120,7 +120,9 @@ def run(arguments: argparse.Namespace) -> dict:
     answer["warnings"] = warnings
     warn(warnings)
     if arguments.figures:
-        answer["figures"] = _figures(told, each)
+        answer["figures"] = [
+            path for name, one in each.items() for path in _figures(told[name], one, figure_prefix(name, each))
+        ]
     after = "--target VALUE" if arguments.target is None else "--target ... --verify RUNS"
     done(kept(arguments), None if arguments.verify or joint else f"bbd {again(arguments)} {after}")
     return answer
@@ -221,20 +223,19 @@ def _readings(text: str) -> list[float]:
         raise InputError(f"--verify {text}: expected numbers separated by commas, such as 41.1,41.5,40.9") from None
 
 
-def _figures(told: dict, each: dict) -> list[str]:
+def _figures(own, one, prefix: str) -> list[str]:
     from pellet_study.doe import figures
     from pellet_study.doe.labels import degraded
 
-    drawn = {}
-    for name, one in each.items():
-        surface, unit, prefix = one.response.surface, told[name].unit, figure_prefix(name, each)
-        warn(degraded(surface.table.names, str(surface.table.response.name)))
-        drawn[f"{prefix}response_surface"] = figures.surface_contours(surface, one.target_set, unit)
-        drawn[f"{prefix}predicted_observed"] = figures.predicted_observed(surface, unit)
-        if surface.saturated:
-            drawn[f"{prefix}half_normal"] = figures.half_normal(
-                surface.scaled_effects, surface.lenth, names=surface.table.names
-            )
-    folder = next(iter(told.values())).figures
-    with writing(folder):
-        return [str(path) for path in figures.save(drawn, folder)]
+    surface = one.response.surface
+    warn(degraded(surface.table.names, str(surface.table.response.name)))
+    drawn = {
+        "response_surface": figures.surface_contours(surface, one.target_set, own.unit),
+        "predicted_observed": figures.predicted_observed(surface, own.unit),
+    }
+    if surface.saturated:
+        drawn["half_normal"] = figures.half_normal(surface.scaled_effects, surface.lenth, names=surface.table.names)
+    with writing(own.figures):
+        return [
+            str(path) for path in figures.save({prefix + name: figure for name, figure in drawn.items()}, own.figures)
+        ]

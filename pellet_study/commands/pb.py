@@ -26,6 +26,7 @@ from pellet_study.commands.responses import (
 )
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say
+from pellet_study.tables.headers import found_in
 
 EXAMPLES = """\
 TABLE.csv: factor columns in coded or physical units, the response in the last column; an empty response is a
@@ -205,20 +206,30 @@ def _climb(arguments, screening):
     from pellet_study.doe import steepest_climb
     from pellet_study.doe.factors import parse_levels, parse_range
 
-    names = arguments.climb_factors.split(",") if arguments.climb_factors else None
+    known = screening.table.names
+    names = arguments.climb_factors and [_meant(name, known) for name in arguments.climb_factors.split(",")]
     model, factors = steepest_climb.first_order_model(screening, names)
     step = next(iter(parse_levels(arguments.climb_step).items())) if arguments.climb_step else None
+    limits = dict(parse_range(word) for word in arguments.climb_limits)
     return steepest_climb.path(
         model,
         factors,
         points=arguments.climb_points,
         equal_steps=arguments.climb == "equal",
         start=arguments.climb_start,
-        step=step,
-        limits=dict(parse_range(word) for word in arguments.climb_limits),
+        step=step and (_meant(step[0], known), step[1]),
+        limits={_meant(name, known): ends for name, ends in limits.items()},
         ascend=not arguments.descend,
         alpha=arguments.alpha,
     )
+
+
+def _meant(name: str, names: list[str]) -> str:
+    """The factor that is meant, its unit said or not."""
+    found = found_in(name.strip(), names)
+    if found is None:
+        raise InputError(f"{name!r} is no factor of the table: its factors are {', '.join(names)}")
+    return found
 
 
 def _turning(arguments, table, warnings: list[str], ignore: list[list[str]]):

@@ -68,6 +68,7 @@ def _reduced(own, surface, found: Analysed):
     if own.drop is None and own.reduce is None and not own.select:
         return surface
     from pellet_study.doe import answers, box_behnken, text
+    from pellet_study.doe.cautions import selection_cautions
     from pellet_study.doe.linear_model import resolve_terms
     from pellet_study.doe.response_text import selection_text
     from pellet_study.doe.selection import select_by_aicc
@@ -82,6 +83,7 @@ def _reduced(own, surface, found: Analysed):
         selection = select_by_aicc(surface)
         reduced, dropped = selection.surface, selection.dropped
         found.parts.append(selection_text(selection))
+        found.warnings += selection_cautions(reduced) if dropped else []
     if dropped or not own.select:
         found.parts.append(
             f"Reduced model, without {', '.join(dropped) or 'nothing'}{text.SELECTED if dropped else ''}\n\n"

@@ -42,12 +42,10 @@ def back_transformed_text(response: FittedResponse, physical: dict[str, float], 
 
 def selection_text(found: Selection) -> str:
     """The terms left out by AICc and what the choice costs."""
-    text = (
-        f"selection by AICc, backward, hierarchy kept: {number(found.aicc[0])} with all terms, "
-        f"{number(found.aicc[-1])} without {', '.join(found.dropped) or 'any: no term is left out'}"
-    )
+    head = f"selection by AICc, backward, hierarchy kept: {number(found.aicc[0])} with all terms"
     if not found.dropped:
-        return text
+        return f"{head}, and no less without any: no term is left out"
+    text = f"{head}, {number(found.aicc[-1])} without {', '.join(found.dropped)}"
     text += (
         "\n  its price: the terms were chosen by the same runs that now test them, so the p values, intervals and R2 of "
         "the reduced model follow the selection and look better than they are"

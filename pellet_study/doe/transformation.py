@@ -17,7 +17,7 @@ from pellet_study.errors import InputError
 
 NAMED = {"log": 0.0, "sqrt": 0.5, "inverse": -1.0}
 USUAL = (-1.0, -0.5, 0.0, 0.5, 1.0, 2.0)
-"""Powers that have a meaning; one of them is advised where the interval of the Box-Cox power holds one."""
+"""Powers that have a meaning; the logarithm, under which factors multiply, comes first."""
 
 
 @dataclass(frozen=True)
@@ -100,12 +100,18 @@ def parse_transformation(word: str) -> Transformation:
 def advised(box_cox: BoxCox | None) -> str | None:
     """The word to give to --transform where the Box-Cox interval shuts 1 out; None where no transformation is needed.
 
-    The usual power nearest to the most likely one, if the interval holds one, else that one itself.
+    The logarithm where the interval holds 0, else the usual power in it that is nearest to the most likely one, else that
+    one itself.
     """
-    if box_cox is None or not box_cox.transformation_needed:
+    if box_cox is None or box_cox.power is None or not box_cox.transformation_needed:
         return None
     low = -np.inf if box_cox.low is None else box_cox.low
     high = np.inf if box_cox.high is None else box_cox.high
     usual = [power for power in USUAL if low <= power <= high]
-    power = min(usual, key=lambda value: abs(value - box_cox.power)) if usual else round(box_cox.power, 2)
+    if 0.0 in usual:
+        power = 0.0
+    elif usual:
+        power = min(usual, key=lambda value: abs(value - box_cox.power))
+    else:
+        power = round(box_cox.power, 2)
     return next((word for word, value in NAMED.items() if value == power), f"{power:g}")

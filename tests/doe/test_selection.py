@@ -146,3 +146,17 @@ def test_the_command_says_the_price(tmp_path, capsys):
     )
     assert main(["bbd", str(path), "--block", "day", "--select", "--reduce"]) == 2
     assert "one way to leave terms out" in capsys.readouterr().err
+
+
+def test_a_selection_that_leaves_nothing_is_warned_of(tmp_path, capsys):
+    """Nine effects that the replicates show: AICc of 17 runs still prefers the mean to all of them together."""
+    coded, terms = box_behnken.coded_matrix(3, 5), quadratic_terms(list("ABC"))
+    y = columns_of(coded, terms) @ [7.2, 0.4, -0.4, 0.4, -0.8, 0.8, 0.8, -0.8, -0.8, 0.8]
+    y[-5:] += [0.5, -0.5, 0.25, -0.25, 0]
+    frame = pd.DataFrame(coded, columns=list("ABC")).assign(y=y)
+    assert exhaustive(box_behnken.analyse(code_design(frame)))[1] == {"1"}
+    path = tmp_path / "small.csv"
+    frame.to_csv(path, index=False)
+    assert main(["bbd", str(path), "--select"]) == 0
+    warned = capsys.readouterr().err
+    assert "--select left no term" in warned and "--select left out what acts" in warned

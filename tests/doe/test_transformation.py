@@ -109,6 +109,7 @@ def test_there_and_back(power):
     [
         (BoxCox(-0.06, -0.18, 0.06), "log"), (BoxCox(0.45, 0.3, 0.7), "sqrt"), (BoxCox(-1.2, -3, -0.4), "inverse"),
         (BoxCox(0.27, 0.2, 0.35), "0.27"), (BoxCox(0.9, 0.2, 1.4), None), (BoxCox(4.0, 1.5, None), "2"), (None, None),
+        (BoxCox(-0.6, -1.43, 0.23), "log"),
         (BoxCox(None, None, None, 5.0), None),
     ],
 )  # fmt: skip
