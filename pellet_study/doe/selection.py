@@ -90,7 +90,8 @@ def _backward(terms: Terms, matrix: np.ndarray, extra: np.ndarray, response) -> 
         squares = float(residual @ residual) if len(response) > columns.shape[1] else 0.0
         return aicc(squares, len(response), columns.shape[1]), squares
 
-    kept, dropped = list(names), []
+    kept: list[str] = list(names)
+    dropped: list[str] = []
     now = criterion(kept)
     values = [now[0]]
     while True:
