@@ -148,8 +148,9 @@ def _check_goals(told: dict[str, argparse.Namespace]) -> None:
 
 def _joint(told: dict, each: dict, answer: dict, warnings: list[str], parts: list[str]) -> None:
     """The settings that meet the goals of all responses that have one."""
-    from pellet_study.doe import answers, text
+    from pellet_study.doe import text
     from pellet_study.doe.joint_set import joint_set
+    from pellet_study.doe.response_answers import joint_answer
     from pellet_study.doe.response_text import joint_text
 
     goals = {name: goal for name, own in told.items() if (goal := goal_of(own, each[name].response)) is not None}
@@ -157,7 +158,7 @@ def _joint(told: dict, each: dict, answer: dict, warnings: list[str], parts: lis
     parts.append(joint_text(found))
     if found.extrapolation:
         warnings.append(text.EXTRAPOLATION)
-    answer["joint"] = answers.joint_answer(found)
+    answer["joint"] = joint_answer(found)
 
 
 def _design(arguments) -> dict:

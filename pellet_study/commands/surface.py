@@ -45,21 +45,23 @@ def analysed(own: argparse.Namespace, table, joint: bool) -> Analysed:
 
 def _fitted(own, table):
     """The response on the scale asked for, what is to be said of that scale, and what goes into the answer."""
-    from pellet_study.doe import answers, box_behnken
+    from pellet_study.doe import box_behnken
     from pellet_study.doe.fitted_response import FittedResponse
-    from pellet_study.doe.response_text import scale_text
-    from pellet_study.doe.transformation import advised, parse_transformation
 
     name = str(table.response.name)
     if own.transform is None:
         return FittedResponse(name, box_behnken.analyse(table, own.alpha)), [], {}
+    from pellet_study.doe.response_answers import transformation_answer
+    from pellet_study.doe.response_text import scale_text
+    from pellet_study.doe.transformation import advised, parse_transformation
+
     named = parse_transformation(own.transform) if own.transform else None
     plain = box_behnken.analyse(table, own.alpha)
     word = advised(plain.box_cox)
     power = named or (parse_transformation(word) if word else None)
     surface = box_behnken.analyse(power.applied(table), own.alpha) if power else plain
     response = FittedResponse(name, surface, power)
-    told = answers.transformation_answer(response, plain.box_cox, word)
+    told = transformation_answer(response, plain.box_cox, word)
     return response, [scale_text(response, plain.box_cox, word)], {"transformation": told}
 
 
@@ -67,9 +69,10 @@ def _reduced(own, surface, found: Analysed):
     """The reduced model where one was asked for, else the full one."""
     if own.drop is None and own.reduce is None and not own.select:
         return surface
-    from pellet_study.doe import answers, box_behnken, text
+    from pellet_study.doe import box_behnken, text
     from pellet_study.doe.cautions import selection_cautions
     from pellet_study.doe.linear_model import resolve_terms
+    from pellet_study.doe.response_answers import reduced_answer
     from pellet_study.doe.response_text import selection_text
     from pellet_study.doe.selection import select_by_aicc
 
@@ -89,7 +92,7 @@ def _reduced(own, surface, found: Analysed):
             f"Reduced model, without {', '.join(dropped) or 'nothing'}{text.SELECTED if dropped else ''}\n\n"
             + text.surface_text(reduced)
         )
-    found.answer["reduced"] = answers.reduced_answer(reduced, dropped, selection)
+    found.answer["reduced"] = reduced_answer(reduced, dropped, selection)
     return reduced
 
 

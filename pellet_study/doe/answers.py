@@ -7,14 +7,11 @@ import pandas as pd
 
 from pellet_study.doe.blocks import offsets
 from pellet_study.doe.box_behnken import Surface
-from pellet_study.doe.fitted_response import FittedResponse
-from pellet_study.doe.joint_set import JointSet
 from pellet_study.doe.linear_model import Interval
 from pellet_study.doe.optimum import TargetSet
 from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.plackett_burman import vif as screening_vif
 from pellet_study.doe.published_designs import design_of
-from pellet_study.doe.selection import Selection
 from pellet_study.doe.steepest_climb import Climb, Turning
 from pellet_study.doe.validation import Equivalence
 
@@ -152,52 +149,6 @@ def target_answer(found: TargetSet) -> dict:
                 }
                 for option in found.measurements
             ],
-        }
-    )
-
-
-def reduced_answer(surface: Surface, dropped: list[str], selection: Selection | None = None) -> dict:
-    """A reduced model; where AICc chose it, the criterion after each term, and the predicted R2 with the choice counted."""
-    chosen = {} if selection is None else {
-        "aicc": selection.aicc, "r2_predicted_honest": selection.r2_predicted_honest
-    }  # fmt: skip
-    return plain({"dropped": dropped, **surface_answer(surface), "p_follow_selection": bool(dropped), **chosen})
-
-
-def transformation_answer(response: FittedResponse, box_cox, advised: str | None) -> dict | None:
-    """The power applied, and what the likelihood of the response on its own scale says of it."""
-    scale = response.transformation
-    if scale is None:
-        return None
-    return plain({"of": response.name, "power": scale.power, "advised": advised, "box_cox": box_cox})
-
-
-def joint_answer(found: JointSet) -> dict:
-    """The settings that meet the goals of several responses, and the most desirable one."""
-    names = [factor.name for factor in found.factors]
-    return plain(
-        {
-            "fraction_of_box": found.fraction,
-            "fraction_not_excluded": found.fraction_not_excluded,
-            "fraction_assured": found.fraction_assured,
-            "alpha": found.alpha,
-            "extents": found.extents,
-            "met": found.met,
-            "desirability": found.desirability,
-            "coded": dict(zip(names, found.coded, strict=True)),
-            "physical": found.physical,
-            "next_response": found.next_response and found.next_response.response.name,
-            "responses": {
-                part.response.name: {
-                    "goal": part.goal,
-                    "fraction_of_box": part.fraction,
-                    "fraction_of_the_others": part.fraction_of_the_others,
-                    "fraction_not_excluded_after_replicate": part.after_replicate,
-                    "prediction": part.prediction,
-                    "desirability": part.desirability,
-                }
-                for part in found.parts
-            },
         }
     )
 
