@@ -20,6 +20,7 @@ from pellet_study.commands.responses import (
     heading,
     one_number,
     read_tables,
+    response_columns,
     warnings_of,
 )
 from pellet_study.commands.surface import analysed
@@ -187,7 +188,7 @@ def _design(arguments) -> dict:
     matrix = columns_of(coded, quadratic_terms([factor.name for factor in factors]))
     if blocks is None:
         blocks = blocking.surface_blocks(coded, matrix, arguments.blocks)
-    sheet = run_sheet(coded, factors, blocks, arguments.seed, model_matrix=matrix)
+    sheet = run_sheet(coded, factors, blocks, arguments.seed, response_columns(arguments), matrix)
     return write_design(sheet, arguments.output, arguments.force, "bbd")
 
 

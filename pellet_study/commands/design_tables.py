@@ -110,7 +110,8 @@ def write_design(sheet, path: Path | None, force: bool, command: str) -> dict:
 
     from pellet_study.doe.design_text import blocks_text
 
-    save_sheet(sheet.frame, path, force, sheet.seed, len(sheet.frame))
+    to_fill = [name for name in sheet.frame.columns if (sheet.frame[name] == "").all()]
+    save_sheet(sheet.frame, path, force, sheet.seed, len(sheet.frame), len(to_fill))
     words = blocks_text(sheet)
     if words:
         print(words, file=sys.stdout if path else sys.stderr)
@@ -119,6 +120,8 @@ def write_design(sheet, path: Path | None, force: bool, command: str) -> dict:
         for factor in sheet.factors:
             if factor.levels or factor.low > factor.high or abs(sheet.coded).max() > 1:
                 words_again += ["--factor", factor.declaration]
+        if len(to_fill) > 1:
+            words_again += ["--response", *to_fill]
         done(path, f"{command} {shlex.join([str(path), *words_again])}")
     return {
         "runs": len(sheet.frame),
@@ -130,8 +133,8 @@ def write_design(sheet, path: Path | None, force: bool, command: str) -> dict:
     }
 
 
-def save_sheet(frame, path: Path | None, force: bool, seed: int, n_new: int) -> None:
-    """Write a table with runs to make, or print it as CSV; says how many and in which order.
+def save_sheet(frame, path: Path | None, force: bool, seed: int, n_new: int, n_responses: int = 1) -> None:
+    """Write a table with runs to make, or print it as CSV; says how many and in which order, and what to fill in.
 
     Raises
     ------
@@ -150,7 +153,8 @@ def save_sheet(frame, path: Path | None, force: bool, seed: int, n_new: int) -> 
         )
     with writing(path):
         write_sheet(frame, path)
+    columns = "the last column" if n_responses == 1 else f"the last {n_responses} columns"
     runs = f"{len(frame)} runs" if n_new == len(frame) else f"{len(frame)} runs, {n_new} of them to make,"
     print(
-        f"{runs} written to {path} in random order (seed {seed}): make them in the order of the column run, fill the last column in"
+        f"{runs} written to {path} in random order (seed {seed}): make them in the order of the column run, fill {columns} in"
     )

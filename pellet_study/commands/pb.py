@@ -22,6 +22,7 @@ from pellet_study.commands.responses import (
     heading,
     others_of,
     read_tables,
+    response_columns,
     warnings_of,
 )
 from pellet_study.errors import InputError
@@ -95,6 +96,10 @@ def run(arguments: argparse.Namespace) -> dict:
     each = {name: _screened(own, tables[name], ignore_runs) for name, own in told.items()}
     for k, (name, one) in enumerate(each.items()):
         say("\n".join(([""] if k else []) + heading(name, each) + [one.words]))
+    if len(each) > 1:
+        from pellet_study.doe.response_text import screenings_text
+
+        say("\n" + screenings_text([one.screening for one in each.values()]))
     warnings = warnings_of({name: one.answer["warnings"] for name, one in each.items()})
     warn(warnings)
     first = next(iter(each.values()))
@@ -195,7 +200,7 @@ def _design(arguments) -> dict:
     coded = plackett_burman.with_words(plain, factors, arguments.blocks)
     blocks = blocking.screening_blocks(plain, arguments.blocks)
     matrix = np.column_stack([np.ones(len(coded)), coded])
-    sheet = run_sheet(coded, factors, blocks, arguments.seed, model_matrix=matrix)
+    sheet = run_sheet(coded, factors, blocks, arguments.seed, response_columns(arguments), matrix)
     return write_design(sheet, arguments.output, arguments.force, "pb")
 
 

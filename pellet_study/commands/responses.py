@@ -17,7 +17,8 @@ def add_response_argument(parser: argparse.ArgumentParser) -> None:
     """The argument that `pb` and `bbd` share."""
     parser.add_argument(
         "--response", metavar="NAME", nargs="+", action="extend", default=[],
-        help="columns that are responses, each analysed (default: the last column); after TABLE.csv",
+        help="columns that are responses, each analysed (default: the last column); after TABLE.csv. Of a new design: the "
+        "columns to fill in (default: response)",
     )  # fmt: skip
 
 
@@ -37,6 +38,11 @@ def read_tables(arguments: argparse.Namespace, factors, max_levels: int, ignore=
         table = read_design(arguments.table, factors, max_levels, left, arguments.block, name)
         found[str(table.response.name)] = table
     return found
+
+
+def response_columns(arguments: argparse.Namespace) -> tuple[str, ...]:
+    """The columns of a new design that are to be filled in."""
+    return tuple(arguments.response) or ("response",)
 
 
 def others_of(arguments: argparse.Namespace) -> list[tuple[str | None, list[str]]]:

@@ -5,6 +5,7 @@ from pellet_study.doe.coded_box import Extent
 from pellet_study.doe.fitted_response import FittedResponse
 from pellet_study.doe.joint_set import JointSet
 from pellet_study.doe.linear_model import Interval
+from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.selection import Selection
 from pellet_study.doe.text import box_cox_text, grid, number, percent
 from pellet_study.doe.transformation import parse_transformation
@@ -56,6 +57,20 @@ def selection_text(found: Selection) -> str:
             f"{number(found.r2_predicted_honest, 4)} with the selection made anew without each run predicted"
         )
     return text
+
+
+def screenings_text(screenings: list[Screening]) -> str:
+    """The effects of each factor on each response side by side, those significant at the screening's level starred."""
+    names = [str(screening.table.response.name) for screening in screenings]
+    rows = []
+    for factor in screenings[0].table.names:
+        cells = []
+        for screening in screenings:
+            p = screening.p[factor]
+            cells.append(number(screening.effects[factor]) + ("*" if p is not None and p < screening.alpha else " "))
+        rows.append([factor, *cells])
+    level = f"{screenings[0].alpha:g}"
+    return f"effects from -1 to +1 on each response (* p below {level})\n" + grid(["factor", *names], rows)
 
 
 def joint_text(found: JointSet) -> str:

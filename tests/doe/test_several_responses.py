@@ -195,7 +195,13 @@ def test_pb_analyses_each_response(tmp_path, capsys):
     first, second = (answer["responses"][each] for each in (name, "twice"))
     assert second["effects"] == pytest.approx({factor: 2 * effect for factor, effect in first["effects"].items()})
     assert second["p"] == pytest.approx(first["p"])
-    assert answer["effects"] == first["effects"] and "---- twice ----" in capsys.readouterr().out
+    text = capsys.readouterr().out
+    assert answer["effects"] == first["effects"] and "---- twice ----" in text
+    side_by_side = text.split("effects from -1 to +1 on each response")[1].splitlines()
+    for line in side_by_side[2:9]:
+        factor, one, two = line.split()
+        assert float(two.strip("*")) == pytest.approx(2 * float(one.strip("*")), rel=1e-3)
+        assert one.endswith("*") == two.endswith("*") == (first["p"][factor] < 0.05)
     assert (tmp_path / "figures" / "twice_pareto.png").exists()
     answer_of("pb", path, "--response", name, "twice", "--climb", "gradient", status=2)
     assert "one response" in capsys.readouterr().err
@@ -213,3 +219,32 @@ def test_pb_with_named_levels_analyses_each_response(tmp_path):
     answer = answer_of("pb", path, "--factor", "catalyst=x,y,z", "--response", "p", "q")
     effects = [answer["responses"][name]["effects"]["A"] for name in ("p", "q")]
     assert effects == pytest.approx([6, -2], abs=0.3)
+
+
+def test_a_saturated_design_says_that_nothing_is_known_of_its_uncertainty(tmp_path, capsys):
+    """Ten runs for ten terms: the set as predicted, no confidence in it, the setting given all the same."""
+    coded = np.vstack([box_behnken.coded_matrix(3, 1), [[1, 1, 1], [-1, -1, -1]]])[[0, 1, 2, 3, 4, 6, 8, 11, 12, 13]]
+    frame = pd.DataFrame(coded, columns=list("ABC"))
+    frame["p"], frame["q"] = 5 + 2 * coded[:, 0] + coded[:, 1] ** 2, 3 + 2 * coded[:, 1] - coded[:, 0] * coded[:, 2]
+    path = tmp_path / "ten.csv"
+    frame.to_csv(path, index=False)
+    answer = answer_of("bbd", path, "--response", "p", "q", "--maximise", "p=4,8", "--limits", "q=2,4")
+    assert answer["saturated"] and answer["joint"]["met"] and answer["joint"]["fraction_not_excluded"] is None
+    assert answer["joint"]["physical"]["A"] == pytest.approx(1)
+    assert "nothing is known of its uncertainty" in capsys.readouterr().out
+
+
+def test_a_new_design_has_a_column_for_each_response(tmp_path, capsys):
+    """Made, filled in by a plane each, and analysed by the command that it printed."""
+    path = tmp_path / "sheet.csv"
+    words = ["A=1,3", "B=10,30", "C=5,9"]
+    assert main(["bbd", "--design", *words, "--response", "p (N)", "q", "--seed", "3", "--output", str(path)]) == 0
+    text = capsys.readouterr().out
+    assert "fill the last 2 columns in" in text and "--response 'p (N)' q" in text
+    frame = pd.read_csv(path)
+    wobble = 0.01 * np.sin(np.arange(len(frame)) ** 2)
+    frame["p (N)"], frame["q"] = 3 * frame.A + wobble, 7 - frame.B / 10 + wobble[::-1]
+    frame.to_csv(path, index=False)
+    answer = answer_of("bbd", path, "--response", "p (N)", "q")
+    slopes = [answer["responses"][name]["coefficients"][factor] for name, factor in (("p (N)", "A"), ("q", "B"))]
+    assert slopes == pytest.approx([3, -1], abs=0.02)
