@@ -155,6 +155,17 @@ def test_goals_that_cannot_be_are_refused_in_words(tread_csv, words, message, ca
     assert message in capsys.readouterr().err
 
 
+def test_goals_that_exclude_each_other_say_which_stands_in_the_way(tread_csv, capsys):
+    """No setting has an abrasion of 300; without that goal nothing would be in the way."""
+    answer = answer_of("bbd", tread_csv, *TWO, "--limits", "abrasion=300,", "--limits", "modulus=0,")
+    assert (
+        answer["joint"]["met"] is False and answer["joint"]["fraction_of_box"] == 0 == answer["joint"]["desirability"]
+    )
+    text = capsys.readouterr().out
+    assert "no setting of the box meets all goals; if abrasion were let go, " in text
+    assert "nearest (its worst response misses by least)" in text
+
+
 def test_what_the_refusals_advise_works(tread_csv):
     answer = answer_of("bbd", tread_csv, *TWO, "--target", "abrasion=150", "--uncertainty", "abrasion=10")
     assert answer["joint"]["met"]
