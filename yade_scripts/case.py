@@ -42,6 +42,11 @@ def quantity(default: float, low: float, high: float, unit: str, meaning: str) -
     return {"default": float(default), "min": float(low), "max": float(high), "unit": unit, "meaning": meaning}
 
 
+def choice(default: str, options, meaning: str) -> dict:
+    """Declaration of a condition that is a word: its default, the words there are, what it is."""
+    return {"default": default, "options": tuple(options), "unit": "", "meaning": meaning}
+
+
 def load(file: Path, effects=()):
     """The rig (or effect) in a file, as a module; a rig also takes the effects in other files."""
     spec = importlib.util.spec_from_file_location(Path(file).stem, file)
@@ -84,7 +89,7 @@ def absent(rig: dict) -> dict:
 
 
 def check(case: dict, rig: dict) -> None:
-    """Refuse a case with a missing or unknown name, or a value that is no finite number."""
+    """Refuse a case with a missing or unknown name, a value that is no finite number, or a word that is no option."""
     expected = example(rig)
 
     def compare(where: str, given, wanted):
@@ -99,13 +104,14 @@ def check(case: dict, rig: dict) -> None:
         compare(group, case[group], expected[group])
     for effect, values in case["effects"].items():
         compare(f"effect {effect}", values, expected["effects"][effect])
+    words = {name: declared["options"] for name, declared in rig["conditions"].items() if "options" in declared}
+    words["contact_law"] = rig["contact_laws"]
     for name, value in flat(case).items():
-        if name not in ("id", "contact_law", "surface_energy_scaling") and not (
-            isinstance(value, (int, float)) and math.isfinite(value)
-        ):
+        if name in words:
+            if value not in list(words[name]):
+                raise ValueError(f"{name}: expected one of {', '.join(words[name])}, got {value!r}")
+        elif name != "id" and not (isinstance(value, (int, float)) and math.isfinite(value)):
             raise ValueError(f"{name}: expected a finite number, got {value!r}")
-    if case["contact_law"] not in rig["contact_laws"]:
-        raise ValueError(f"contact_law: expected one of {', '.join(rig['contact_laws'])}, got {case['contact_law']!r}")
 
 
 def run(case: dict, module) -> dict:
