@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from pellet_study.rigs.catalogue import Catalogue, standard
+from pellet_study.rigs.declared import Condition
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import Setting, Study
 
@@ -43,7 +44,7 @@ class Demonstration:
 
     title: str
     observables: Mapping[str, str]
-    conditions: Sequence[tuple[str, Mapping[str, float]]]
+    conditions: Sequence[tuple[str, Mapping[str, Condition]]]
     ranges: Mapping[str, tuple[float, float, float]]
     truth: Mapping[str, tuple[float, float]]
     repeats: Mapping[str, int]
@@ -69,8 +70,8 @@ class Demonstration:
         """A row for each condition, from its single readings."""
         found = []
         for k, ((rig, given), values) in enumerate(zip(self.conditions, readings, strict=True)):
-            declared = self.catalogue.rigs[rig].conditions
-            complete = {name: float(given.get(name, quantity["default"])) for name, quantity in declared.items()}
+            complete = self.catalogue.rigs[rig].default_conditions()
+            complete |= {c: value if isinstance(value, str) else float(value) for c, value in given.items()}
             found.append(
                 Measurement(
                     rig,

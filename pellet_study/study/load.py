@@ -10,9 +10,9 @@ from pellet_study.output.words import nearest
 from pellet_study.rigs.catalogue import Catalogue
 from pellet_study.study.checked_code import check_on_rows
 from pellet_study.study.measurements import Measurement, read
-from pellet_study.study.study import SCALINGS, Setting, Study, check, settings
+from pellet_study.study.study import SCALINGS, Possible, Setting, Study, check, settings
 from pellet_study.study.user_code import catalogue_of
-from pellet_study.study.values import choice, limits, setting, table, text
+from pellet_study.study.values import choice, limits, setting, table, text, words
 
 KEYS = (
     "title",
@@ -156,8 +156,8 @@ def _candidates(file: Path | str, given: Any, catalogue: Catalogue) -> tuple[str
     return tuple(dict.fromkeys(given))
 
 
-def _possible(file: Path | str, given: Mapping, catalogue: Catalogue) -> dict[str, dict[str, tuple[float, float]]]:
-    found: dict[str, dict[str, tuple[float, float]]] = {}
+def _possible(file: Path | str, given: Mapping, catalogue: Catalogue) -> dict[str, dict[str, Possible]]:
+    found: dict[str, dict[str, Possible]] = {}
     for name, ranges in given.items():
         rig = catalogue.rig(name, f"{file}: possible: ")
         if not isinstance(ranges, dict):
@@ -169,6 +169,9 @@ def _possible(file: Path | str, given: Mapping, catalogue: Catalogue) -> dict[st
             where = f"{file}: possible.{name}: {condition}"
             if condition not in rig.conditions:
                 raise InputError(f"{where!s} is unknown{nearest(condition, rig.conditions)}")
+            if options := rig.options(condition):
+                found[name][condition] = words(where, given_range, options)
+                continue
             level = setting(where, given_range)
             low = level.value if level.low is None else level.low
             found[name][condition] = low, level.value if level.high is None else level.high

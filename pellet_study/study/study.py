@@ -9,6 +9,7 @@ from pellet_study.rigs.catalogue import Catalogue
 from pellet_study.rigs.declared import Effect
 from pellet_study.study.measurements import Measurement
 
+Possible = tuple[float, float] | tuple[str, ...]  # least and largest of a condition, or the words that it may be
 SCALINGS = {"bond_number": 2.0, "none": 0.0}  # exponent of the amplification in the surface energy
 
 
@@ -32,7 +33,7 @@ class Study:
 
     `parameters` holds those named in [parameters]; `effects` those present, each with a Setting for every parameter;
     `candidates` is None where any effect that acts in the rigs may be considered; `possible` maps a rig to
-    {condition: (min, max)} of what could be measured next; `effort` multiplies the number of simulations; `library` is
+    {condition: (min, max) or words} of what could be measured next; `effort` multiplies the number of simulations; `library` is
     the folder of shared effects and rigs that it was loaded with.
     """
 
@@ -42,7 +43,7 @@ class Study:
     effects: Mapping[str, Mapping[str, Setting]]
     catalogue: Catalogue
     candidates: tuple[str, ...] | None = None
-    possible: Mapping[str, Mapping[str, tuple[float, float]]] | None = None
+    possible: Mapping[str, Mapping[str, Possible]] | None = None
     contact_law: str | None = None
     surface_energy_scaling: str = "bond_number"
     effort: float = 1.0
