@@ -115,7 +115,7 @@ def test_a_model_meets_each_word_by_itself(tmp_path, capsys):
     for row in answer["rows"]:
         wanted = stress_pa(row["conditions"]["wall"], row["conditions"]["normal_stress_pa"])
         assert row["predicted"] == pytest.approx(wanted, rel=0.004)
-    assert "wall ribbed" in capsys.readouterr().out
+    assert "normal_stress_pa 4000, wall ribbed" in " ".join(capsys.readouterr().out.split())
 
 
 def test_a_hidden_effect_is_found_and_the_report_says_the_words(tmp_path):
