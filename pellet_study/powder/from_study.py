@@ -44,6 +44,7 @@ def plan_of(study: Study, contact_law: str | None = None) -> Plan:
         freedom,
         remarks,
         own=frozenset(f.name for f in factors if SYMBOLS[f.name] in study.parameters),
+        seeds_by=study.seeds_by,
     )
 
 

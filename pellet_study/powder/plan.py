@@ -44,7 +44,8 @@ class Plan:
     `factors` are the seven of the screening with the ranges of the study (those of `own`) or the paper's Table 6; `fixed`
     the parameters that stay; `target`, `sd`, `n` the measured angle, the standard deviation of a reading and the number of
     readings; `freedom` the degrees of freedom of `sd`; `margin` that of the equivalence test, the measurement's own
-    standard deviation; `remarks` what the reader must know.
+    standard deviation; `remarks` what the reader must know; `seeds_by` is "setting" where the seed of a heap belongs to
+    its levels, "place" where it follows from where the heap stands in its design, as in release 0.1.
     """
 
     contact_law: str
@@ -58,6 +59,7 @@ class Plan:
     freedom: int
     remarks: tuple[str, ...] = ()
     own: frozenset[str] = frozenset()
+    seeds_by: str = "setting"
 
     @property
     def margin(self) -> float:

@@ -10,7 +10,7 @@ from pellet_study.output.words import nearest
 from pellet_study.rigs.catalogue import Catalogue
 from pellet_study.study.checked_code import check_on_rows
 from pellet_study.study.measurements import Measurement, read
-from pellet_study.study.study import SCALINGS, Possible, Setting, Study, check, settings
+from pellet_study.study.study import SCALINGS, SEEDS_BY, Possible, Setting, Study, check, settings
 from pellet_study.study.user_code import catalogue_of
 from pellet_study.study.values import choice, limits, setting, table, text, words
 
@@ -24,6 +24,7 @@ KEYS = (
     "possible",
     "surface_energy_scaling",
     "effort",
+    "seeds_by",
 )
 LARGEST = 1_000_000  # bytes
 CONTACT_LAWS = (
@@ -86,6 +87,7 @@ def assembled(
         contact_law=law,
         surface_energy_scaling=choice(file, given, "surface_energy_scaling", SCALINGS) or "bond_number",
         effort=setting(f"{file}: effort", given.get("effort", 1.0), EFFORT).value,
+        seeds_by=choice(file, given, "seeds_by", SEEDS_BY) or "setting",
         folder=folder,
         library=library,
     )

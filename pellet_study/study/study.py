@@ -10,6 +10,7 @@ from pellet_study.rigs.declared import Effect
 from pellet_study.study.measurements import Measurement
 
 Possible = tuple[float, float] | tuple[str, ...]  # least and largest of a condition, or the words that it may be
+SEEDS_BY = ("setting", "place")  # of a heap that `calibrate` asks for; by its place in the design in release 0.1
 SCALINGS = {"bond_number": 2.0, "none": 0.0}  # exponent of the amplification in the surface energy
 
 
@@ -33,8 +34,8 @@ class Study:
 
     `parameters` holds those named in [parameters]; `effects` those present, each with a Setting for every parameter;
     `candidates` is None where any effect that acts in the rigs may be considered; `possible` maps a rig to
-    {condition: (min, max) or words} of what could be measured next; `effort` multiplies the number of simulations; `library` is
-    the folder of shared effects and rigs that it was loaded with.
+    {condition: (min, max) or words} of what could be measured next; `effort` multiplies the number of simulations; `seeds_by`
+    says what the seeds of `calibrate` belong to; `library` is the folder of shared effects and rigs that it was loaded with.
     """
 
     title: str
@@ -47,6 +48,7 @@ class Study:
     contact_law: str | None = None
     surface_energy_scaling: str = "bond_number"
     effort: float = 1.0
+    seeds_by: str = "setting"
     folder: Path | None = None
     library: Path | None = None
 
