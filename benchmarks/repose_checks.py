@@ -30,6 +30,7 @@ MIDDLE = {
     "powder_steel_rolling_friction": 0.29,
     "powder_surface_energy": 0.2,
 }
+FUNNEL = {"protocol": "funnel", "outlet_height_mm": 60.0}  # of release 0.1
 LIGHT = {  # 500 grains in a funnel of the same shape: what a dozen settings with seeds can be had for
     "powder_mass_g": 8.32,
     "outlet_height_mm": 41.6,
@@ -37,6 +38,7 @@ LIGHT = {  # 500 grains in a funnel of the same shape: what a dozen settings wit
     "funnel_diameter_mm": 30.5,
 }
 FULL = {}  # 1,503 grains
+LAW = "cohesive_frictional_local_damping"  # in which these tables were made
 SETTINGS = [  # what, base, changes, heaps
     ("500 grains", LIGHT, {}, 8),
     ("time step", LIGHT, {"time_step_fraction": 0.09}, 3),
@@ -67,9 +69,9 @@ AMPLIFICATION = [("either way", LIGHT, {"amplification": 6.0}, 8)] + [
 STEPS = [
     (what, LIGHT | low, {"time_step_fraction": fraction}, 2)
     for what, low, fractions in (
-        ("cohesive_frictional, D = 0.05", {"powder_steel_restitution": 0.05}, (0.18, 0.32, 0.4)),
+        ("cohesive_frictional_local_damping, D = 0.05", {"powder_steel_restitution": 0.05}, (0.18, 0.32, 0.4)),
         ("hertz_mindlin, A = D = 0.05", {"powder_restitution": 0.05, "powder_steel_restitution": 0.05}, (0.18, 0.32)),
-        ("cohesive_frictional, D = 0.15", {}, (0.09, 0.18, 0.25)),
+        ("cohesive_frictional_local_damping, D = 0.15", {}, (0.09, 0.18, 0.25)),
         ("hertz_mindlin, A = D = 0.15", {}, (0.06, 0.09, 0.18)),
     )
     for fraction in fractions
@@ -81,6 +83,7 @@ def case(seed: int, changes: dict, law: str | None = None) -> dict:
     """The middle of Table 6 with changes to any group."""
     known = on_yade.rig("repose")
     groups = {g: {k: v for k, v in changes.items() if k in getattr(known, g)} for g in ("conditions", "numerics")}
+    groups["conditions"] = FUNNEL | groups["conditions"]
     parameters = MIDDLE | {k: v for k, v in changes.items() if k in known.parameters}
     assert set(changes) <= {*parameters, *groups["conditions"], *groups["numerics"]}, changes
     return on_yade.case("repose", contact_law=law, seed=seed, parameters=parameters, **groups)
@@ -93,7 +96,7 @@ def cases(name: str, most: int) -> list[tuple[str, str, dict]]:
         for what, base, changes, heaps in TABLES[name]:
             if k < heaps:
                 setting = ", ".join(f"{name} {value:g}" for name, value in changes.items()) or "all defaults"
-                law = "hertz_mindlin" if "hertz_mindlin" in what else None
+                law = "hertz_mindlin" if "hertz_mindlin" in what else LAW
                 found.append((what, setting, case(FIRST_SEED + k, base | changes, law)))
     return found
 
