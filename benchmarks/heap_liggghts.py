@@ -42,7 +42,6 @@ LEAST_MODULUS = 5e6  # Pa, below which LIGGGHTS wants to be told that the grains
 def middle(seed: int, surface_energy: float, law: str, numerics: dict) -> dict:
     """The middle of the paper's Table 6 with another surface energy."""
     parameters = MIDDLE | {"powder_surface_energy": surface_energy}
-    numerics = {"outlet_diameter_mm": 24.0} | numerics
     return on_yade.case(
         "repose", contact_law=law, seed=seed, parameters=parameters, conditions=FUNNEL, numerics=numerics
     )

@@ -205,7 +205,7 @@ def cohesive_frictional(
         damping=0.0,
         born=born if adhesive else None,
         layers=tuple(layers),
-        looks_every=6,
+        looks_every=2,
     )
 
 

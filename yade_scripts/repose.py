@@ -5,7 +5,7 @@
 - `defined_base`: a vibrated funnel pours the powder onto a disc until it has run over the edge all around; what lies
   beyond the edge is taken away, and the heap is the cone that the disc carries, whatever the mass. Of this kind are the
   testers of ISO 4324 and GB/T 11986 (outlet 10 mm, 75 mm above a base of 100 mm) and the fixed base of USP <1174>, whose lip
-  keeps a layer of powder on it: the rough base. Ours has half that size in all lengths but the outlet.
+  keeps a layer of powder on it: the rough base. Ours has half that size, and an outlet of nine grains, the least through which the stickiest powder of Table 6 flows.
 - `lifted_cylinder`: the powder settles in a cylinder that stands on the same disc and is lifted slowly.
 - `funnel`: the vibrated funnel pours a fixed mass onto an endless steel plate (release 0.1).
 
@@ -105,7 +105,7 @@ RIG = {
         "rolling_spring": quantity(
             0.1, 1e-3, 0.5, "1", "stiffness of Mindlin rolling moments below the limit, in I/dt^2"
         ),
-        "outlet_diameter_mm": quantity(20.0, 4.0, 100.0, "mm", "of the funnel; its cone slopes at 60 deg"),
+        "outlet_diameter_mm": quantity(24.0, 4.0, 100.0, "mm", "of the funnel; its cone slopes at 60 deg"),
         "funnel_diameter_mm": quantity(44.0, 8.0, 200.0, "mm", "of the funnel's cylinder: a wide one fills less high"),
         "cylinder_diameter_mm": quantity(26.0, 8.0, 100.0, "mm", "of the lifted cylinder"),
         "lift_mm_s": quantity(30.0, 1.0, 500.0, "mm/s", "speed of the lifted cylinder"),
