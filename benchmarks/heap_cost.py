@@ -14,7 +14,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 from heap_liggghts import by_hand
-from repose_checks import case, step
+from repose_checks import FUNNEL, LAW, case, step
 
 from pellet_study.rigs import on_yade
 from yade_scripts import powder_scene
@@ -24,14 +24,15 @@ SEED = 92_000
 
 
 def scaled(grains: int) -> dict:
-    """The default case with so many grains in a funnel of the same shape."""
+    """The heap of release 0.1 with so many grains in a funnel of the same shape."""
     known = on_yade.rig("repose")
-    defaults = {name: quantity["default"] for name, quantity in (known.conditions | known.numerics).items()}
+    base = on_yade.case("repose", contact_law=LAW, conditions=FUNNEL)
+    defaults = base["conditions"] | base["numerics"]
     radius = powder_scene.grain_radius(defaults["particle_diameter_um"], defaults["amplification"])
     mass = 1e3 * grains * powder_scene.grain_mass(radius, known.parameters["powder_density_kg_m3"]["default"])
     larger = (mass / defaults["powder_mass_g"]) ** (1 / 3)
     lengths = ("outlet_diameter_mm", "funnel_diameter_mm", "outlet_height_mm")
-    return case(SEED, {"powder_mass_g": mass} | {name: larger * defaults[name] for name in lengths})
+    return case(SEED, {"powder_mass_g": mass} | {name: larger * defaults[name] for name in lengths}, LAW)
 
 
 def measured(grains: int) -> dict:

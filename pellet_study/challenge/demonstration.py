@@ -40,6 +40,7 @@ class Demonstration:
     hides : effects hidden in turn; None: all that act
     same : {effect: the other one it is proportional to under all conditions}
     effort : of the study, simulations as a multiple of the least that answers
+    contact_law : of the study and of what is simulated; None: each rig's default
     """
 
     title: str
@@ -60,6 +61,7 @@ class Demonstration:
     hides: tuple[str, ...] | None = None
     same: Mapping[str, str] = field(default_factory=dict)
     effort: float = 1.0
+    contact_law: str | None = None
 
     @cached_property
     def catalogue(self) -> Catalogue:
@@ -100,12 +102,15 @@ class Demonstration:
             catalogue=candidates or self.catalogue,
             candidates=self.candidates,
             effort=self.effort,
+            contact_law=self.contact_law,
         )
 
     def write(self, folder: Path, measured: Sequence[Measurement]) -> None:
         """study.toml and measurements.csv of such a study."""
         folder.mkdir(parents=True, exist_ok=True)
         lines = [f'title = "{self.title}"']
+        if self.contact_law is not None:
+            lines.append(f'contact_law = "{self.contact_law}"')
         if self.candidates is not None:
             quoted = ", ".join(f'"{name}"' for name in self.candidates)
             lines.append(f"candidates = [{quoted}]")

@@ -10,7 +10,7 @@ from pellet_study.doe import validation
 from pellet_study.doe.answers import plain
 from pellet_study.doe.factors import Factor
 from pellet_study.rigs import on_yade
-from yade_scripts import powder_scene
+from yade_scripts import laws, powder_scene
 
 RIG, OBSERVABLE = "repose", "repose_angle_deg"
 SYMBOLS = {
@@ -31,10 +31,8 @@ NAMES = {
     "F": "rolling friction powder-steel",
     "G": "surface energy",
 }
-DEFAULT_LAW = "cohesive_frictional"
-IDLE = {
-    "cohesive_frictional": {"A": "the law has no restitution; A is an idle column, its effect an estimate of noise"}
-}
+DEFAULT_LAW = laws.COHESIVE_FRICTIONAL
+IDLE = {laws.LOCAL_DAMPING: {"A": "the law has no restitution; A is an idle column, its effect an estimate of noise"}}
 
 
 @dataclass(frozen=True)

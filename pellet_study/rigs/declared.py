@@ -36,7 +36,8 @@ class Effect:
     that stand in their place there; `sides` is 1 where the amount has one sign, 2 where it may have either; `rigs` maps
     a rig to where the effect shows in it. `reading` is what an effect on nothing but the reading makes of it; `file` is
     that of an effect of the user's own, None where it comes with the package; `scenes` holds its SEED_SCENE and
-    POWDER_SCENE, where it has them; `owns` names parameters of rigs that mean nothing without it.
+    POWDER_SCENE, where it has them; `owns` names parameters of rigs that mean nothing without it; `not_with` maps a rig to
+    the contact laws that cannot have the effect, and why.
     """
 
     name: str
@@ -54,6 +55,7 @@ class Effect:
     file: Path | None = None
     scenes: Mapping[str, Mapping] = field(default_factory=dict)
     owns: tuple[str, ...] = ()
+    not_with: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     @property
     def amount(self) -> str:
@@ -265,6 +267,7 @@ def effect_from(module: ModuleType, where: Path, file: Path | None = None) -> Ef
         file=file,
         scenes=scenes,
         owns=tuple(declared.get("owns", ())),
+        not_with=declared.get("not_with", {}),
     )
 
 

@@ -13,6 +13,7 @@ from pellet_study.study.measurements import Measurement, read
 from pellet_study.study.study import SCALINGS, SEEDS_BY, Possible, Setting, Study, check, settings
 from pellet_study.study.user_code import catalogue_of
 from pellet_study.study.values import choice, limits, setting, table, text, words
+from yade_scripts import laws
 
 KEYS = (
     "title",
@@ -27,12 +28,7 @@ KEYS = (
     "seeds_by",
 )
 LARGEST = 1_000_000  # bytes
-CONTACT_LAWS = (
-    "hertz_mindlin",
-    "cohesive_frictional",
-    "cohesive_frictional_local_damping",
-    "cohesive_frictional_restitution",
-)
+CONTACT_LAWS = tuple(laws.LAWS)
 EFFORT = (0.5, 100.0)  # simulations of the rigs on YADE, as a multiple of the least that answers
 
 

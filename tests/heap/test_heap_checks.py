@@ -27,6 +27,7 @@ QUANTITIES = KNOWN.parameters | KNOWN.conditions | KNOWN.numerics
 
 def test_every_setting_changes_one_value():
     base = {key: quantity["default"] for key, quantity in QUANTITIES.items()} | repose_checks.MIDDLE
+    base |= on_yade.case("repose", contact_law=repose_checks.LAW)["numerics"] | repose_checks.FUNNEL
     for _, start, changes, _ in repose_checks.SETTINGS:
         for key, value in changes.items():
             assert value != (base | start)[key], key

@@ -23,6 +23,7 @@ from pellet_study.powder.results import Results
 from pellet_study.powder.text import summary
 from pellet_study.report.powder import powder_stages
 from pellet_study.study import load
+from yade_scripts import laws
 
 SLOPES = {"B": -1.5, "C": 3.5, "G": 3.7}  # per coded unit of Table 6, half the paper's effects
 
@@ -65,10 +66,10 @@ class Formula:
 
 @pytest.fixture
 def powder(tmp_path):
-    """A study folder with the paper's measured angle."""
+    """A study folder with the paper's measured angle; in the law in which A is an idle column."""
     folder = tmp_path / "powder"
     folder.mkdir()
-    (folder / "study.toml").write_text('title = "powder"\n')
+    (folder / "study.toml").write_text(f'title = "powder"\ncontact_law = "{laws.LOCAL_DAMPING}"\n')
     (folder / "measurements.csv").write_text("rig,observable,value,sd\nrepose,repose_angle_deg,41.69,0.79\n")
     return folder
 
@@ -380,18 +381,28 @@ def test_repeats_are_heaps_at_the_same_points(powder, monkeypatch, capsys):
 def test_repeats_hold_in_their_folder_until_others_are_given(powder, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(heaps_module, "dispatch", Formula())
     assert main(["calibrate", str(powder), "--until", "screening", "--repeats", "1"]) == 0
-    assert decisions_module.command(powder) == f"pellet-study calibrate {powder} --repeats 1"
+    law = f"--contact-law {laws.LOCAL_DAMPING}"
+    assert decisions_module.command(powder) == f"pellet-study calibrate {powder} {law} --repeats 1"
     assert "as before" not in capsys.readouterr().out
     assert main(["calibrate", str(powder), "--until", "climb"]) == 0
     assert f"heaps at each point: 1, as before in {powder}; --repeats 3 for 3" in capsys.readouterr().out
     assert len(pd.read_csv(powder / "climb" / "runs.csv")) == box.CLIMB_POINTS
     assert main(["calibrate", str(powder), "--until", "climb", "--repeats", "3"]) == 0
     assert len(pd.read_csv(powder / "climb" / "runs.csv")) == 3 * box.CLIMB_POINTS
-    assert decisions_module.command(powder) == f"pellet-study calibrate {powder}"
+    assert decisions_module.command(powder) == f"pellet-study calibrate {powder} {law}"
     other = tmp_path / "hertz"
-    words = ["calibrate", str(powder), "--results", str(other), "--contact-law", "hertz_mindlin", "--repeats", "2"]
+    words = [
+        "calibrate",
+        str(powder),
+        "--results",
+        str(other),
+        "--contact-law",
+        "cohesive_frictional",
+        "--repeats",
+        "2",
+    ]
     assert main([*words, "--until", "screening"]) == 0
-    assert decisions_module.command(other) == f"pellet-study calibrate {other} --contact-law hertz_mindlin --repeats 2"
+    assert decisions_module.command(other) == f"pellet-study calibrate {other} --repeats 2"
 
 
 def test_few_heaps_find_the_setting_within_their_error(powder, monkeypatch, capsys):
@@ -442,17 +453,19 @@ def test_few_heaps_say_where_the_path_ends(powder, monkeypatch):
 
 def test_both_laws_stand_side_by_side(powder, monkeypatch, capsys):
     monkeypatch.setattr(heaps_module, "dispatch", Formula())
-    other = str(powder / "hertz_mindlin")
+    other = str(powder / "cohesive_frictional")
     assert (
-        main(["calibrate", str(powder), "--contact-law", "hertz_mindlin", "--results", other, "--until", "optimum"])
+        main(
+            ["calibrate", str(powder), "--contact-law", "cohesive_frictional", "--results", other, "--until", "optimum"]
+        )
         == 0
     )
     assert not (powder / "laws.csv").exists()
     assert main(["calibrate", str(powder)]) == 0
     table = pd.read_csv(powder / "laws.csv").set_index("factor")
-    assert table.loc["A", "cohesive_frictional_sign"] == "not represented"
-    assert table.loc["A", "hertz_mindlin_sign"] == "not clear"  # the stub has no restitution
-    assert table.loc["C", "hertz_mindlin_effect"] == table.loc["C", "cohesive_frictional_effect"]
+    assert table.loc["A", "cohesive_frictional_local_damping_sign"] == "not represented"
+    assert table.loc["A", "cohesive_frictional_sign"] == "not clear"  # the stub has no restitution
+    assert table.loc["C", "cohesive_frictional_effect"] == table.loc["C", "cohesive_frictional_local_damping_effect"]
     assert "both contact laws" in capsys.readouterr().out
 
 
@@ -483,16 +496,20 @@ def measured(folder: Path, value: float, sd: float = 0.79) -> None:
         (lambda f: measured(f, 41.69, 1.0), "sd_deg 0.79 there, 1.0 here"),
         (
             lambda f: (f / "study.toml").write_text(
-                "[parameters]\npowder_static_friction = { min = 0.5, max = 0.9 }\n"
+                f'contact_law = "{laws.LOCAL_DAMPING}"\n[parameters]\npowder_static_friction = {{ min = 0.5, max = 0.9 }}\n'
             ),
             "B 0.7 to 0.9 there, 0.5 to 0.9 here",
         ),
         (
-            lambda f: (f / "study.toml").write_text("[parameters]\npowder_density_kg_m3 = 1500\n"),
+            lambda f: (f / "study.toml").write_text(
+                f'contact_law = "{laws.LOCAL_DAMPING}"\n[parameters]\npowder_density_kg_m3 = 1500\n'
+            ),
             "powder_density_kg_m3 not given there, 1500.0 here",
         ),
         (
-            lambda f: (f / "study.toml").write_text('surface_energy_scaling = "none"\n'),
+            lambda f: (f / "study.toml").write_text(
+                f'surface_energy_scaling = "none"\ncontact_law = "{laws.LOCAL_DAMPING}"\n'
+            ),
             "surface_energy_exponent 2.0 there, 0.0 here",
         ),
         (
@@ -573,7 +590,7 @@ def test_the_other_contact_law_wants_a_folder_of_its_own_before_anything_is_simu
     stub = Formula()
     monkeypatch.setattr(heaps_module, "dispatch", stub)
     capsys.readouterr()
-    assert main(["calibrate", str(powder), "--contact-law", "hertz_mindlin"]) == 2
+    assert main(["calibrate", str(powder), "--contact-law", "cohesive_frictional"]) == 2
     told = capsys.readouterr().err
     assert "climb" in told and "cohesive_frictional" in told and "--results" in told
     assert stub.asked == []
@@ -587,9 +604,11 @@ def test_quick_reads_only_decisions_for_its_own_plan(powder, tmp_path, monkeypat
     stub = Formula()
     monkeypatch.setattr(heaps_module, "dispatch", stub)
     words = ["calibrate", str(powder), "--results", quick, "--quick", str(powder)]
-    assert main([*words, "--contact-law", "hertz_mindlin"]) == 2
-    assert "contact_law cohesive_frictional there, hertz_mindlin here" in capsys.readouterr().err
-    (powder / "validation" / "decision.json").write_text('{"contact_law": "cohesive_frictional", "point": {}}')
+    assert main([*words, "--contact-law", "cohesive_frictional"]) == 2
+    assert "contact_law cohesive_frictional_local_damping there, cohesive_frictional here" in capsys.readouterr().err
+    (powder / "validation" / "decision.json").write_text(
+        '{"contact_law": "cohesive_frictional_local_damping", "point": {}}'
+    )
     assert main(words) == 2
     assert str(powder / "validation") in capsys.readouterr().err
     (powder / "validation" / "decision.json").unlink()
@@ -617,7 +636,7 @@ def test_a_setting_that_was_read_is_validated_with_seeds_that_did_not_choose_it(
 
 def test_both_laws_stand_side_by_side_only_for_one_plan(powder, monkeypatch):
     monkeypatch.setattr(heaps_module, "dispatch", Formula())
-    other = ["--contact-law", "hertz_mindlin", "--results", str(powder / "hertz_mindlin")]
+    other = ["--contact-law", "cohesive_frictional", "--results", str(powder / "cohesive_frictional")]
     assert main(["calibrate", str(powder), *other, "--until", "screening"]) == 0
     assert main(["calibrate", str(powder), "--until", "screening"]) == 0
     assert (powder / "laws.csv").exists()

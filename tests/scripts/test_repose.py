@@ -10,11 +10,11 @@ from pellet_study.rigs import on_yade
 from pellet_study.rigs.declared import rig_in
 from pellet_study.simulation import dispatch
 from tests import HELPERS
-from yade_scripts import contacts, powder_scene
+from yade_scripts import contacts, laws, powder_scene
 
 pytestmark = pytest.mark.yade
 
-LAWS = ("cohesive_frictional", "hertz_mindlin")
+LAWS = tuple(laws.LAWS)
 OWN = {  # the constant each parameter moves
     "powder_restitution": "powder_damping",
     "powder_static_friction": "powder_friction",
@@ -41,7 +41,7 @@ EFFECTS = {  # an amount, the conditions, and what the contact constants become
     "wall_friction": ({"added_friction": -0.4}, {}, {"steel_friction": 0.3}),
     "amplification_size": ({"exponent_error": 2.0}, {"amplification": 7.0}, {"powder_adhesion": ENERGY * 0.2}),
 }
-SMALL = {"powder_mass_g": 3.0, "outlet_height_mm": 30.0}
+SMALL = {"protocol": "funnel", "powder_mass_g": 3.0, "outlet_height_mm": 30.0}
 FUNNEL = {"outlet_diameter_mm": 20.0, "funnel_diameter_mm": 26.0}
 
 
@@ -93,7 +93,7 @@ def constants(store):
 def test_each_parameter_moves_its_own_contact_constant_and_no_other(constants, law, name):
     change = (constants[law, name] - constants[law, None]).astype(float).abs()
     moved = set(change.index[change > 1e-9])
-    idle = law == "cohesive_frictional" and name == "powder_restitution"
+    idle = law == laws.LOCAL_DAMPING and name == "powder_restitution"
     assert moved == (set() if idle else {OWN[name]})
 
 
@@ -127,11 +127,15 @@ SEEDS = range(1, 7)
 
 @pytest.fixture(scope="module")
 def started(store):
-    """{effect or None: angles} of frictional heaps without, and with a hundred-thousandth of the physical limit."""
+    """{effect or None: angles} of frictional heaps without, and with a hundred-thousandth of the physical limit.
+
+    By local damping: without it grains that roll freely on each other lie too flat for flanks to be read.
+    """
     limits = {"cohesion": 4e-6, "rolling_resistance": 6e-6}
     key = {name: next(iter(on_yade.rig("repose").effects[name])) for name in limits}
     amounts = {None: {}} | {name: {name: {key[name]: barely}} for name, barely in limits.items()}
-    cases = [small(seed=seed, effects=effect, **FRICTIONAL) for effect in amounts.values() for seed in SEEDS]
+    law = laws.LOCAL_DAMPING
+    cases = [small(law=law, seed=seed, effects=effect, **FRICTIONAL) for effect in amounts.values() for seed in SEEDS]
     rows = run(store, cases)
     assert set(rows["status"]) == {"ok"}, rows["status"].to_string()
     angles = rows["repose_angle_deg"].to_numpy().reshape(len(amounts), len(SEEDS))
@@ -243,8 +247,8 @@ def test_the_chain_knows_the_rigs_parameters():
 
 
 def test_a_law_has_the_time_step_it_needs():
-    """Mindlin heaps are wrong at the default law's step (results/checks/repose_time_steps.csv)."""
+    """Heaps with a damper between grains are wrong at local damping's step (results/checks/repose_time_steps.csv)."""
     step = {law: on_yade.case("repose", contact_law=law)["numerics"]["time_step_fraction"] for law in LAWS}
-    assert step == {"cohesive_frictional": 0.18, "hertz_mindlin": 0.09}
+    assert step == dict.fromkeys(LAWS, 0.09) | {laws.LOCAL_DAMPING: 0.18}
     given = on_yade.case("repose", contact_law="hertz_mindlin", numerics={"time_step_fraction": 0.05})
     assert given["numerics"]["time_step_fraction"] == 0.05

@@ -108,6 +108,8 @@ def simulate(case: dict) -> dict:
     options = {"rolling_stiffness": spring}
     if case["contact_law"] == laws.LOCAL_DAMPING:
         options |= {"radius": radius, "damping": case["parameters"]["cohesive_frictional_damping"]}
+    if case["contact_law"] == laws.HERTZ_MINDLIN:
+        options |= {"cohesive": True}
     powder, steel = (sphere_scene.pair_of(case, f"{pair}_") for pair in PAIRS)
     law = laws.LAWS[case["contact_law"]](POWDER, STEEL, steel, powder, **options)
     read = {}
