@@ -252,7 +252,7 @@ def twin(case: dict, folder: Path, option: str = "") -> dict:
     angle = np.nan
     if status == "ok":
         table = np.loadtxt(folder / "heap.dump", skiprows=9)
-        angle = heap.repose_angle(table[:, :3], table[:, 3]).mean_deg
+        angle = heap.readings(table[:, :3], table[:, 3]).repose.angle_deg
         if len(table) < len(radii):
             status = f"{len(radii) - len(table)} grains were lost"
     return {"angle_deg": angle, "cpu_seconds": seconds, "status": status}

@@ -1,4 +1,4 @@
-"""The repose angle of a heap in a photograph: heap told from background, profile, both flanks fitted.
+"""The repose angle of a heap in a photograph: heap told from background, profile, both flanks and a triangle fitted.
 
 The plate's edge is looked for at both sides of the picture, where no heap is (`plate`): it gives the camera's tilt and the
 line the heap stands on. Above it are only background and heap (`segmentation`). The profile and its lines are those of
@@ -21,19 +21,21 @@ PLACED = 0.25  # pixels to which an end of a fitted line is known at best
 
 
 class Photograph(NamedTuple):
-    """What was found: `outline` (n, 2) in pixels of `pixels` (rows, columns, 3; 0 to 1), `flanks` along `base`."""
+    """What was found: `outline` (n, 2) in pixels of `pixels` (rows, columns, 3; 0 to 1), `flanks`, `triangle` along `base`."""
 
     pixels: np.ndarray
     outline: np.ndarray
     base: LevelLine
     base_is: str
     flanks: heap.Flanks
-    uncertainty_deg: float
+    triangle: heap.Triangle
+    flank_error_deg: float
+    triangle_error_deg: float
 
     @property
     def angle_deg(self) -> float:
-        """Mean angle of both flanks, deg."""
-        return self.flanks.angle_deg
+        """The repose angle, deg: the triangle's, as `heap.Readings.repose` of grains."""
+        return self.triangle.angle_deg
 
 
 def measure(file: Path, horizon_deg: float | None = None) -> Photograph:
@@ -104,8 +106,10 @@ def _measured(
         raise heap.NoHeap(
             f"what stands out is no heap: its sides lie at {flanks.left.angle_deg:.0f} and {flanks.right.angle_deg:.0f} deg"
         )
-    left, right = (slope_error_deg(x, height, flank) for flank in flanks)
-    return Photograph(pixels, outline, base, base_is, flanks, float(np.hypot(left, right) / 2))
+    triangle = heap.fit_triangle(x, height)
+    errors = [slope_error_deg(x, height, flank) for flank in (*flanks, *sides(triangle))]
+    of_flanks, of_triangle = (float(np.hypot(*pair) / 2) for pair in (errors[:2], errors[2:]))
+    return Photograph(pixels, outline, base, base_is, flanks, triangle, of_flanks, of_triangle)
 
 
 def _base(body: np.ndarray, edge: LevelLine | None, horizon_deg: float | None) -> tuple[LevelLine, str]:
@@ -144,6 +148,16 @@ def _one_top(height: np.ndarray) -> None:
     smooth = median_filter(height, max(3, round(heap.SMOOTHED * len(height))))
     if len(find_peaks(smooth, prominence=SECOND_TOP * smooth.max())[0]) > 1:
         raise heap.NoHeap("two heaps that touch stand out; expected one in a picture")
+
+
+def sides(triangle: heap.Triangle) -> heap.Flanks:
+    """Both sides of a triangle as lines from its foot to its top."""
+    middle, top, slope = triangle
+    foot = top / slope
+    return heap.Flanks(
+        heap.Flank(triangle.angle_deg, slope, top - slope * middle, middle - foot, middle),
+        heap.Flank(triangle.angle_deg, -slope, top + slope * middle, middle, middle + foot),
+    )
 
 
 def slope_error_deg(x: np.ndarray, height: np.ndarray, flank: heap.Flank) -> float:

@@ -34,8 +34,8 @@ def test_two_hundred_pictures_with_noise_blur_uneven_light_tilt_and_texture():
             errors.append(np.inf)  # refused: as wrong as any
             uncertainties.append(1.0)
             continue
-        errors.append(found.angle_deg - angle)
-        uncertainties.append(found.uncertainty_deg)
+        errors.append(found.flanks.angle_deg - angle)
+        uncertainties.append(found.flank_error_deg)
     errors, uncertainties = np.abs(errors), np.array(uncertainties)
     assert (errors <= 0.5).mean() >= 0.95
     assert (errors <= 2 * uncertainties).mean() >= 0.9
@@ -76,8 +76,10 @@ def test_a_rendered_heap_has_the_angle_of_its_grains(angle):
         centres, radii, width=480, azimuth_deg=np.degrees(azimuth), elevation_deg=0, plate=None, margin=0.15
     )
     found = photograph.find(image)
-    assert found.angle_deg == pytest.approx(heap.fit_flanks(x, height).angle_deg, abs=0.5)
-    assert found.angle_deg == pytest.approx(angle, abs=1.0)
+    assert found.flanks.angle_deg == pytest.approx(heap.fit_flanks(x, height).angle_deg, abs=0.5)
+    assert found.flanks.angle_deg == pytest.approx(angle, abs=1.0)
+    assert found.triangle.angle_deg == pytest.approx(heap.fit_triangle(x, height).angle_deg, abs=0.5)
+    assert found.triangle.angle_deg == pytest.approx(angle, abs=1.5)
 
 
 def two_heaps():
@@ -200,12 +202,16 @@ def test_without_scikit_image_it_says_what_to_install(tmp_path, monkeypatch, cap
 def test_pictures_of_a_simulated_heap_read_the_angle_of_its_grains(tmp_path):
     """A heap that YADE made (results/full/heap_grains.csv), pictured level from six sides."""
     centres, radii = render.read_grains(HEAP)
-    of_grains = heap.repose_angle(centres, radii)
-    read = []
+    centres, radii = heap.body(centres, radii)
+    of_grains = heap.readings(centres, radii)
+    flanks, triangles = [], []
     for azimuth in range(0, 180, 30):
         picture = render.picture(centres, radii, azimuth_deg=azimuth, elevation_deg=0, width=700)
-        read.append(photograph.measure(saved(picture, tmp_path / "heap.png")).angle_deg)
-    assert np.mean(read) == pytest.approx(of_grains.mean_deg, abs=0.5)
+        read = photograph.measure(saved(picture, tmp_path / "heap.png"))
+        flanks.append(read.flanks.angle_deg)
+        triangles.append(read.triangle.angle_deg)
+    assert np.mean(flanks) == pytest.approx(of_grains.flank.angle_deg, abs=0.5)
+    assert np.mean(triangles) == pytest.approx(of_grains.triangle.angle_deg, abs=0.5)
 
 
 def test_a_heap_seen_from_above_is_doubted_and_gives_no_row(tmp_path, capsys):
