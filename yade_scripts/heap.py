@@ -2,7 +2,7 @@
 
 - `flank`: straight lines through both flanks of each silhouette, from 20 to 80 % of the height. The straight line through
   the outline of a heap is the source paper's way (its Figure 10), so that its 41.69 deg is compared with this one.
-- `triangle`: the least-squares isosceles triangle through each silhouette.
+- `triangle`: the least-squares isosceles triangle through each silhouette, as well from 20 to 80 % of the height.
 - `moment`: the slope of the cone that has the moments of the grains' heights z and distances r from the axis,
   atan(2 <z>/<r>).
 
@@ -132,7 +132,7 @@ def readings(centres, radii, base_radius: float | None = None) -> Readings:
     grain = float(radii.mean())
     profiles = [silhouette(centres, radii, np.pi * k / DIRECTIONS, base_radius) for k in range(DIRECTIONS)]
     flank, no_flank = _flanks(profiles, grain, base_radius is not None)
-    if base_radius is None and (centres[:, 2] > SECOND_LAYER * grain).mean() <= STRAY_SHARE:
+    if (centres[:, 2] > SECOND_LAYER * grain).mean() <= STRAY_SHARE:
         triangle = of_moments = Reading(0.0, 0.0)  # both would tell only how wide the layer is
     else:
         triangle = _mean([fit_triangle(*seen).angle_deg for seen in profiles])
@@ -306,17 +306,20 @@ def silhouette(centres, radii, azimuth: float, base_radius: float | None = None)
     return x, height
 
 
-def fit_triangle(x, height) -> Triangle:
-    """The least-squares isosceles triangle through a profile, whatever its unit of length.
+def fit_triangle(x, height, low: float = LOW, high: float = HIGH) -> Triangle:
+    """The least-squares isosceles triangle through a profile without its toe and top, whatever its unit of length.
 
-    Minimises the sum over the places of (height - max(0, top - slope |x - middle|))^2 (Levenberg-Marquardt, from two
-    starts). Points further than `FAR` median deviations from the profile's running median are put on it before.
-    A profile that ends at the edges of a disc is fitted up to them. A profile without height has an angle of 0.
+    Minimises, over the places where the running median is below `high` times the height (over all where that leaves no
+    flanks), the sum of (h - max(0, top - slope |x - middle|))^2 with h = max(0, height - `low` times the height) (Levenberg-
+    Marquardt, from two starts): what is above a level of a triangle is one of the same slope. Points further than `FAR`
+    median deviations from the running median are put on it before. A profile that ends at the edges of a disc is fitted
+    up to them. A profile without height has an angle of 0.
 
     Parameters
     ----------
     x : (n,) array, horizontal place, ascending, evenly spread, the same unit both ways (square pixels)
     height : (n,) array, above the plate, 0 where there is no heap
+    low, high : shares of the height, 0 <= low < high; with 0 and above 1 it is the triangle through the whole profile
 
     Raises
     ------
@@ -327,18 +330,23 @@ def fit_triangle(x, height) -> Triangle:
     smooth = _running_median(height, max(3, round(SMOOTHED * len(x))))
     away = np.abs(height - smooth)
     usual = np.median(away[smooth > 0]) if (smooth > 0).any() else 0.0
-    height = np.where(away > FAR * usual, smooth, height)
-    total = height.sum()
-    if not total > 0:
+    tallest = smooth.max()
+    if not tallest > 0:
         return Triangle(float(x.mean()), 0.0, 0.0)
+    height = np.maximum(np.where(away > FAR * usual, smooth, height) - low * tallest, 0)
+    total = height.sum()
     middle = float((x * height).sum() / total)
     half = 3 * float((np.abs(x - middle) * height).sum() / total)
     width = total * float(np.diff(x).mean())
     starts = [Triangle(middle, width / half, width / half**2)]  # of the profile's area and moments
-    on = height > 0.2 * height.max()
-    falling, top = np.polyfit(np.abs(x[on] - middle), height[on], 1)
+    below = smooth < high * tallest
+    flanks = below & (height > 0.1 * tallest)
+    if flanks.sum() < LEAST_POINTS:
+        below = flanks = np.ones(len(x), dtype=bool)
+    falling, top = np.polyfit(np.abs(x[flanks] - middle), height[flanks], 1)
     starts.append(Triangle(middle, float(top), max(-float(falling), 1e-3 * starts[0].slope)))
-    return min((_descended(x, height, start) for start in starts), key=lambda found: found[0])[1]
+    best = min((_descended(x[below], height[below], start) for start in starts), key=lambda found: found[0])[1]
+    return best._replace(top=best.top + low * tallest)
 
 
 def _descended(x: np.ndarray, height: np.ndarray, start: Triangle) -> tuple[float, Triangle]:
