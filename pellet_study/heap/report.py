@@ -55,24 +55,24 @@ def answer(files: Sequence[Path], found: Sequence[Photograph], overlays: Sequenc
 
 def page(answer: dict[str, Any]) -> str:
     """The angles as a table, and the rows for measurements.csv."""
-    lines = [f"{'photo':24s}{'left':>8s}{'right':>8s}{'flank':>8s}{'triangle':>10s}{'tilt':>7s}  deg; tilt from"]
+    lines = [f"{'photo':24s}{'left':>8s}{'right':>8s}{'flank':>8s}{'triangle':>9s}{'tilt':>7s}  tilt from"]
     for p in answer["photos"]:
         name = Path(p["photo"]).name
         lines.append(
             f"{name if len(name) < 24 else '...' + name[-20:]:24s}{p['left_deg']:8.2f}{p['right_deg']:8.2f}"
-            f"{p['flank_deg']:8.2f}{p['triangle_deg']:10.2f}{p['tilt_deg']:7.2f}  {p['tilt_from']}"
+            f"{p['flank_deg']:8.2f}{p['triangle_deg']:9.2f}{p['tilt_deg']:7.2f}  {p['tilt_from']}"
         )
     number = len(answer["photos"])
     lines.append("")
     for reading in ("flank", "triangle"):
         value, sd = answer[f"{reading}_deg"], answer[f"{reading}_sd"]
         scatter = "one photograph, scatter not known" if sd is None else f"sd {sd:.2f} deg over {number} photographs"
-        lines.append(f"{reading + 's' if reading == 'flank' else reading:8s} {value:6.2f} deg, {scatter}")
+        lines.append(f"{reading:8s} {value:6.2f} deg, {scatter}")
     if any(p["flank_uncertainty_deg"] > UNSURE_DEG for p in answer["photos"]):
         return "\n".join([*lines, "", "no row for measurements.csv: the lines miss the flanks"])
-    lines += ["", "for measurements.csv of a study (the angle is the triangle's):", "rig,observable,value,sd,n"]
+    lines += ["", "for measurements.csv of a study (this angle is the triangle's):", "rig,observable,value,sd,n"]
     lines.append(_row("repose_angle_deg", answer["angle_deg"], answer["sd"], number))
-    lines += ["or, to compare with lines through the flanks, as most papers read:"]
+    lines += ["or, where it is to be that of lines through the flanks:"]
     lines.append(_row("repose_flank_deg", answer["flank_deg"], answer["flank_sd"], number))
     return "\n".join(lines)
 
