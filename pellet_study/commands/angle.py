@@ -92,10 +92,10 @@ def _of_grains(files: list[Path], base_diameter_mm: float | None) -> dict:
         one: dict[str, Any] = {"grains": str(file)}
         one |= {"angle_deg": found.repose.angle_deg, "standard_error_deg": found.repose.standard_error_deg}
         said = []
-        for name, (angle, error) in zip(found._fields, found[:3], strict=False):
+        for name, (angle, apart) in zip(found._fields, found[:3], strict=False):
             known = not math.isnan(angle)
-            one |= {f"{name}_deg": angle if known else None, f"{name}_error_deg": error if known else None}
-            said.append(f"{name} {angle:.2f} +- {error:.2f} deg" if known else f"no {name} ({found.no_flank})")
+            one |= {f"{name}_deg": angle if known else None, f"{name}_error_deg": apart if known else None}
+            said.append(f"{name} {angle:.2f} +- {apart:.2f} deg" if known else f"no {name} ({found.no_flank})")
         heaps.append(one)
         say(f"{file}: {', '.join(said)}; over {heap.DIRECTIONS} directions")
     return {"angle_deg": sum(one["angle_deg"] for one in heaps) / len(heaps), "heaps": heaps}

@@ -70,9 +70,9 @@ def page(answer: dict[str, Any]) -> str:
         lines.append(f"{reading:8s} {value:6.2f} deg, {scatter}")
     if any(p["flank_uncertainty_deg"] > UNSURE_DEG for p in answer["photos"]):
         return "\n".join([*lines, "", "no row for measurements.csv: the lines miss the flanks"])
-    lines += ["", "for measurements.csv of a study (this angle is the triangle's):", "rig,observable,value,sd,n"]
+    lines += ["", "for measurements.csv of a study:", "rig,observable,value,sd,n"]
     lines.append(_row("repose_angle_deg", answer["angle_deg"], answer["sd"], number))
-    lines += ["or, where it is to be that of lines through the flanks:"]
+    lines += ["the angle is the triangle's; of the lines through the flanks:"]
     lines.append(_row("repose_flank_deg", answer["flank_deg"], answer["flank_sd"], number))
     return "\n".join(lines)
 
