@@ -254,7 +254,8 @@ def test_grains_are_written_on_request(tmp_path, monkeypatch):
     from yade_scripts import heap
 
     table = np.loadtxt(tmp_path / f"{row['id']}.csv", delimiter=",", skiprows=1)
-    assert heap.repose_angle(table[:, :3], table[:, 3]).mean_deg == pytest.approx(row["repose_angle_deg"], abs=1e-9)
+    found = heap.readings(table[:, :3], table[:, 3]).repose
+    assert found.angle_deg == pytest.approx(row["repose_angle_deg"], abs=1e-9)
 
 
 def test_the_chain_knows_the_rigs_parameters():
