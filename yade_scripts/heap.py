@@ -2,9 +2,9 @@
 
 - `flank`: straight lines through both flanks of each silhouette, from 20 to 80 % of the height. The straight line through
   the outline of a heap is the source paper's way (its Figure 10), so that its 41.69 deg is compared with this one.
-- `triangle`: the least-squares isosceles triangle through each silhouette.
+- `triangle`: the least-squares isosceles triangle through each silhouette, as well from 20 to 80 % of the height.
 - `moment`: the slope of the cone that has the moments of the grains' heights z and distances r from the axis,
-  atan(-2 cov(z, r) / var(r)), which is atan(2 <z>/<r>) for a whole cone.
+  atan(2 <z>/<r>).
 
 A rig calls
 
@@ -31,6 +31,7 @@ DIRECTIONS = 12
 SMOOTHED = 0.04  # of the profile's length, in which a median is taken to find the heap (not to fit it)
 TOUCHING = 0.2  # gap between two grains of one body, at most, in the mean radius
 SECOND_LAYER = 1.5  # height above which a centre lies on other grains, in the mean radius
+BULK_BASE = 0.25  # height above the plate from which grains fill space as further up, in the mean radius
 STRAY_SHARE = 0.01  # of the grains of a layer, which may lie on it
 LEAST_FLANK = 3.0  # height that a flank must span, in the mean radius: a grain and a half
 ROUNDS, STILL = 60, 1e-10  # of the search for the least-squares triangle; the last relative gain
@@ -115,7 +116,7 @@ def readings(centres, radii, base_radius: float | None = None) -> Readings:
 
     Raises
     ------
-    NoHeap : less than `LEAST_GRAINS` grains, in all or in the heap
+    NoHeap : less than `LEAST_GRAINS` grains, in all or in the heap, or a disc narrower than a few grains
     ValueError : arrays that are no grains
     """
     radii = np.asarray(radii, dtype=float)
@@ -131,11 +132,12 @@ def readings(centres, radii, base_radius: float | None = None) -> Readings:
     grain = float(radii.mean())
     profiles = [silhouette(centres, radii, np.pi * k / DIRECTIONS, base_radius) for k in range(DIRECTIONS)]
     flank, no_flank = _flanks(profiles, grain, base_radius is not None)
-    if base_radius is None and (centres[:, 2] > SECOND_LAYER * grain).mean() <= STRAY_SHARE:
-        triangle = Reading(0.0, 0.0)  # the outline of a layer is a rectangle, whose triangle tells only how wide it is
+    if (centres[:, 2] > SECOND_LAYER * grain).mean() <= STRAY_SHARE:
+        triangle = of_moments = Reading(0.0, 0.0)  # both would tell only how wide the layer is
     else:
         triangle = _mean([fit_triangle(*seen).angle_deg for seen in profiles])
-    return Readings(flank, triangle, moment(centres, radii, base_radius), no_flank)
+        of_moments = moment(centres, radii, base_radius)
+    return Readings(flank, triangle, of_moments, no_flank)
 
 
 def _flanks(profiles, grain: float, cut: bool) -> tuple[Reading, str]:
@@ -163,19 +165,20 @@ def _mean(angles: list[float]) -> Reading:
 def moment(centres, radii, base_radius: float | None = None) -> Reading:
     """Slope of a cone from the moments of its grains' places, weighted by their volumes.
 
-    Above a place at the distance r from the axis of a cone, the grains' mean height is half the surface's, whose slope
-    is therefore
+    With z the height above the base and r the distance from the vertical axis through the middle of the volume, a cone
+    on a plate has
+
+        tan(angle) = 2 <z> / <r>,
+
+    z from `BULK_BASE` mean radii above the plate, where a packing of grains begins (so measured on cones of grains). On
+    a disc, whose edge may cut the heap, the grains' mean height at a place is still half the surface's, and therefore
 
         tan(angle) = -2 cov(z, r) / var(r).
-
-    This is 2 <z>/<r> for a whole cone, and as well the slope of one that the edge of a disc cuts or that stands on a
-    layer, and 0 for a layer alone; where on the first grain's radius the base of <z> is, does not matter. Measured on
-    cones of grains, 2 <z>/<r> is 1 to 4 deg too steep (results/checks/heap_reader.csv).
 
     Parameters
     ----------
     centres, radii : of the grains of one heap, as in `readings`, without strays
-    base_radius : the axis is that of the disc; None: through the middle of the grains' volume
+    base_radius : None on a plate
 
     Returns
     -------
@@ -183,24 +186,28 @@ def moment(centres, radii, base_radius: float | None = None) -> Reading:
     """
     centres, radii = np.asarray(centres, dtype=float), np.asarray(radii, dtype=float)
     volume = radii**3
-    axis = volume @ centres[:, :2] / volume.sum() if base_radius is None else np.zeros(2)
-    across = centres[:, :2] - axis
-    r, z = np.hypot(*across.T), centres[:, 2] / radii.max()
-    r = r / radii.max()
+    grain = volume @ radii / volume.sum()
+    across = centres[:, :2] - volume @ centres[:, :2] / volume.sum()
+    r, z = np.hypot(*across.T) / grain, centres[:, 2] / grain - BULK_BASE
     turn = np.arctan2(across[:, 1], across[:, 0]) / (2 * np.pi) + 0.5
     sector = np.minimum((DIRECTIONS * turn).astype(int), DIRECTIONS - 1)
-    powers = np.stack([np.ones(len(r)), r, z, r * r, r * z]) * volume
+    powers = volume / volume.sum() * np.stack([np.ones(len(r)), r, z, r * r, r * z])
     sums = np.stack([np.bincount(sector, power, DIRECTIONS) for power in powers])
-    whole = _angle_of(sums.sum(axis=1, keepdims=True))[0]
-    without = _angle_of(sums.sum(axis=1, keepdims=True) - sums)
-    spread = np.sqrt((DIRECTIONS - 1) * np.mean((without - without.mean()) ** 2))
-    return Reading(float(whole), float(spread))
+    whole = sums.sum(axis=1, keepdims=True)
+    slope = _slope_of_cone if base_radius is None else _slope_of_cut_cone
+    without = np.degrees(np.arctan(slope(*(whole - sums))))
+    error = np.sqrt((DIRECTIONS - 1) * np.mean((without - without.mean()) ** 2))
+    return Reading(float(np.degrees(np.arctan(slope(*whole)))[0]), float(error))
 
 
-def _angle_of(sums: np.ndarray) -> np.ndarray:
-    """Angles (deg) from the volume and the sums of r, z, r r and r z over it, (5, k)."""
-    volume, r, z, rr, rz = sums
-    return np.degrees(np.arctan(-2 * (volume * rz - r * z) / (volume * rr - r * r)))
+def _slope_of_cone(volume, r, z, rr, rz) -> np.ndarray:
+    """From the volume and the sums of r, z, r r and r z over it."""
+    return 2 * z / r
+
+
+def _slope_of_cut_cone(volume, r, z, rr, rz) -> np.ndarray:
+    """From the same sums."""
+    return -2 * (volume * rz - r * z) / (volume * rr - r * r)
 
 
 def body(centres, radii) -> tuple[np.ndarray, np.ndarray]:
@@ -299,17 +306,20 @@ def silhouette(centres, radii, azimuth: float, base_radius: float | None = None)
     return x, height
 
 
-def fit_triangle(x, height) -> Triangle:
-    """The least-squares isosceles triangle through a profile, whatever its unit of length.
+def fit_triangle(x, height, low: float = LOW, high: float = HIGH) -> Triangle:
+    """The least-squares isosceles triangle through a profile without its toe and top, whatever its unit of length.
 
-    Minimises the sum over the places of (height - max(0, top - slope |x - middle|))^2 (Levenberg-Marquardt, from two
-    starts). Points further than `FAR` median deviations from the profile's running median are put on it before.
-    A profile that ends at the edges of a disc is fitted up to them. A profile without height has an angle of 0.
+    Minimises, over the places where the running median is below `high` times the height (over all where that leaves no
+    flanks), the sum of (h - max(0, top - slope |x - middle|))^2 with h = max(0, height - `low` times the height) (Levenberg-
+    Marquardt, from two starts): what is above a level of a triangle is one of the same slope. Points further than `FAR`
+    median deviations from the running median are put on it before. A profile that ends at the edges of a disc is fitted
+    up to them. A profile without height has an angle of 0.
 
     Parameters
     ----------
     x : (n,) array, horizontal place, ascending, evenly spread, the same unit both ways (square pixels)
     height : (n,) array, above the plate, 0 where there is no heap
+    low, high : shares of the height, 0 <= low < high; with 0 and above 1 it is the triangle through the whole profile
 
     Raises
     ------
@@ -320,18 +330,23 @@ def fit_triangle(x, height) -> Triangle:
     smooth = _running_median(height, max(3, round(SMOOTHED * len(x))))
     away = np.abs(height - smooth)
     usual = np.median(away[smooth > 0]) if (smooth > 0).any() else 0.0
-    height = np.where(away > FAR * usual, smooth, height)
-    total = height.sum()
-    if not total > 0:
+    tallest = smooth.max()
+    if not tallest > 0:
         return Triangle(float(x.mean()), 0.0, 0.0)
+    height = np.maximum(np.where(away > FAR * usual, smooth, height) - low * tallest, 0)
+    total = height.sum()
     middle = float((x * height).sum() / total)
     half = 3 * float((np.abs(x - middle) * height).sum() / total)
     width = total * float(np.diff(x).mean())
     starts = [Triangle(middle, width / half, width / half**2)]  # of the profile's area and moments
-    on = height > 0.2 * height.max()
-    falling, top = np.polyfit(np.abs(x[on] - middle), height[on], 1)
+    below = smooth < high * tallest
+    flanks = below & (height > 0.1 * tallest)
+    if flanks.sum() < LEAST_POINTS:
+        below = flanks = np.ones(len(x), dtype=bool)
+    falling, top = np.polyfit(np.abs(x[flanks] - middle), height[flanks], 1)
     starts.append(Triangle(middle, float(top), max(-float(falling), 1e-3 * starts[0].slope)))
-    return min((_descended(x, height, start) for start in starts), key=lambda found: found[0])[1]
+    best = min((_descended(x[below], height[below], start) for start in starts), key=lambda found: found[0])[1]
+    return best._replace(top=best.top + low * tallest)
 
 
 def _descended(x: np.ndarray, height: np.ndarray, start: Triangle) -> tuple[float, Triangle]:

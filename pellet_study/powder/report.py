@@ -16,6 +16,7 @@ from pellet_study.powder.plan import NAMES, RIG, Plan
 from pellet_study.powder.results import Results
 from pellet_study.powder.text import levels, summary
 from pellet_study.rigs import on_yade
+from yade_scripts import heap
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -204,5 +205,5 @@ def draw_heap(grains: Path, folder: Path) -> None:
 
     centres, radii = render.read_grains(grains)
     folder.mkdir(parents=True, exist_ok=True)
-    imsave(folder / "heap.png", render.picture(*render.without_strays(centres, radii), width=1000))
+    imsave(folder / "heap.png", render.picture(*heap.body(centres, radii), width=1000))
     figures.save({"heap_profile": render.profile(centres, radii)}, folder)

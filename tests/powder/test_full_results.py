@@ -11,7 +11,6 @@ import pytest
 from pellet_study.__main__ import main
 from pellet_study.doe import box_behnken, plackett_burman
 from pellet_study.doe.factors import Factor
-from pellet_study.heap import render
 from pellet_study.powder import decisions, heaps
 from pellet_study.powder.chain import Chain
 from pellet_study.powder.from_study import plan_of
@@ -22,7 +21,6 @@ from pellet_study.rigs import on_yade
 from pellet_study.simulation import dispatch, yade
 from pellet_study.study import load
 from tests import ROOT
-from yade_scripts import heap
 
 FULL = ROOT / "results" / "full"
 if not (FULL / "runs.csv").exists():
@@ -74,14 +72,13 @@ def heap_of_the_grains() -> pd.Series:
 
 
 @pytest.mark.skipif(not (FULL / "heap_grains.csv").exists(), reason="no grains are committed yet")
-def test_the_committed_grains_are_read_as_every_heap_and_near_the_angle_of_release_0_1(tmp_path):
-    """Its reader had other places and no bodies: its angles are flanks as today's within a degree and a half."""
+def test_the_committed_grains_are_read_as_every_heap_and_near_the_angle_of_release_0_1(tmp_path, capsys):
+    """Its reader had other places, 24 directions and no bodies: its angle is that of today's flanks within half a degree."""
     answer = tmp_path / "angle.json"
     assert main(["angle", str(FULL / "heap_grains.csv"), "--json", str(answer)]) == 0
-    centres, radii = render.read_grains(FULL / "heap_grains.csv")
-    read = heap.readings(centres, radii)
-    assert json.loads(answer.read_text())["angle_deg"] == pytest.approx(read.repose.angle_deg, rel=1e-9)
-    assert read.flank.angle_deg == pytest.approx(heap_of_the_grains()["repose_angle_deg"], abs=1.5)
+    (read,) = json.loads(answer.read_text())["heaps"]
+    assert read["flank_deg"] == pytest.approx(heap_of_the_grains()["repose_angle_deg"], abs=0.5)
+    assert f"{read['flank_deg']:.2f} +- " in capsys.readouterr().out
 
 
 def test_grains_and_pictures_together_are_refused(capsys):
