@@ -4,7 +4,6 @@ Nothing but numpy; `picture` gives an array to show or save. Grains come from a 
 from (centres, radii), as particles.py and the rigs give them.
 """
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -47,7 +46,7 @@ def read_grains(file: Path) -> tuple[np.ndarray, np.ndarray]:
 
 def picture(
     centres: ArrayLike, radii: ArrayLike, *, width: int = 900, azimuth_deg: float = 30.0, elevation_deg: float = 12.0,
-    colour: Sequence[float] = GRAIN, plate: float | None = 0.0, vary: float = 0.07, margin: float = 0.06,
+    colour: ArrayLike = GRAIN, plate: float | None = 0.0, vary: float = 0.07, margin: float = 0.06,
 ) -> np.ndarray:  # fmt: skip
     """Grains seen from a direction.
 
@@ -57,7 +56,7 @@ def picture(
     radii : (n,) array, the same unit
     width : of the picture, pixels; the height follows from what is shown
     azimuth_deg, elevation_deg : of the camera, above the horizon
-    colour : (3,) RGB of the grains, 0 to 1
+    colour : (3,) RGB of the grains, or (n, 3) of each, 0 to 1
     plate : z of a plate they lie on, None for none
     vary : how much the lightness of the grains differs
     margin : free share of the width on each side
@@ -90,7 +89,8 @@ def picture(
     image = np.ones((rows, fine, 3)) * (PLATE if plate is not None else (1.0, 1.0, 1.0))
     if plate is not None:
         image *= _shadow(centres, radii, plate, (right, up, towards), low, scale, (rows, fine))[..., None]
-    image[hit] = np.clip(np.asarray(colour) * (tone[owner[hit]] * shade[hit])[:, None], 0, 1)
+    own = np.broadcast_to(np.asarray(colour, dtype=float), (len(radii), 3))[owner[hit]]
+    image[hit] = np.clip(own * (tone[owner[hit]] * shade[hit])[:, None], 0, 1)
     image = image.reshape(rows // 2, 2, fine // 2, 2, 3).mean(axis=(1, 3))
     return image[::-1]
 

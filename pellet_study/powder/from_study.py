@@ -8,7 +8,7 @@ from scipy.special import chdtrc
 from pellet_study.doe.factors import Factor
 from pellet_study.errors import InputError
 from pellet_study.paper.designs import screening_factors
-from pellet_study.powder.plan import DEFAULT_LAW, OBSERVABLE, RIG, SYMBOLS, Plan
+from pellet_study.powder.plan import DEFAULT_LAW, READINGS, RIG, SYMBOLS, Plan
 from pellet_study.rigs import on_yade
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import SCALINGS, Study
@@ -47,6 +47,7 @@ def plan_of(study: Study, contact_law: str | None = None) -> Plan:
         remarks,
         own=frozenset(f.name for f in factors if SYMBOLS[f.name] in study.parameters),
         seeds_by=study.seeds_by,
+        observable=rows[0].observable,
     )
 
 
@@ -69,9 +70,14 @@ def measured_rows(study: Study) -> list[Measurement]:
     ------
     InputError : there are none, or they differ in their conditions or in what is known of them
     """
-    rows = [r for r in study.rows if r.rig == RIG and r.observable == OBSERVABLE and r.split == "fit"]
+    rows = [r for r in study.rows if r.rig == RIG and r.observable in READINGS and r.split == "fit"]
     if not rows:
         raise InputError(f"the measurements have no row of the rig {RIG}; calibrate needs the measured repose angle")
+    if several := sorted({row.observable for row in rows} - {rows[0].observable}):
+        raise InputError(
+            f"calibrate meets one reading of the heap, but the rows have {', '.join([rows[0].observable, *several])}; keep "
+            "one of them, or use compare"
+        )
     if any(dict(row.conditions) != dict(rows[0].conditions) for row in rows):
         raise InputError("calibrate meets one repose angle, but the rows differ in their conditions; use compare")
     if any(dict(row.parameters) != dict(rows[0].parameters) for row in rows):

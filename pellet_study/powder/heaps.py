@@ -21,6 +21,7 @@ FIRST_SEED = {"screening": 10_000, "climb": 20_000, "surface": 30_000, "validati
 OF_SETTINGS = 10**9  # seeds of each stage that belong to settings; the first digit is that of FIRST_SEED
 SEEDS_A_TRY = 1_000  # of each box of the surface and of each attempt of the validation, within their stage
 SEEDS_OF_READ = 8_000  # first of the validation where the setting was read: the chain that found it used those before
+TOO_FLAT = "too flat for a line through its flanks; measured as repose_triangle_deg it would have a number"
 KEEP_GRAINS = "PELLET_STUDY_GRAINS"  # where the rig leaves the grains of its heaps
 
 
@@ -123,9 +124,11 @@ class Heaps:
         table = pd.DataFrame(levels)
         table.insert(0, "seed", seeds)
         table.insert(0, "stage", stage)
-        for name in (OBSERVABLE, "direction_error_deg", "bond_number"):
-            table[name] = pd.to_numeric(found[name], errors="coerce").to_numpy()
-        table["verdict"] = found["status"].to_numpy()
+        read = {OBSERVABLE: self.plan.observable} | {name: name for name in ("direction_error_deg", "bond_number")}
+        for name, observable in read.items():
+            table[name] = pd.to_numeric(found[observable], errors="coerce").to_numpy()
+        unread = (found["status"] == "ok").to_numpy() & table[OBSERVABLE].isna()
+        table["verdict"] = found["status"].mask(unread, f"no {self.plan.observable}: {TOO_FLAT}").to_numpy()
         table["id"] = found["id"].to_numpy()
         return table
 

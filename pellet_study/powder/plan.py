@@ -13,6 +13,12 @@ from pellet_study.rigs import on_yade
 from yade_scripts import laws, powder_scene
 
 RIG, OBSERVABLE = "repose", "repose_angle_deg"
+READINGS = (
+    OBSERVABLE,
+    "repose_flank_deg",
+    "repose_triangle_deg",
+    "repose_moment_deg",
+)  # of a heap; a study measures one
 SYMBOLS = {
     "A": "powder_restitution",
     "B": "powder_static_friction",
@@ -43,7 +49,8 @@ class Plan:
     the parameters that stay; `target`, `sd`, `n` the measured angle, the standard deviation of a reading and the number of
     readings; `freedom` the degrees of freedom of `sd`; `margin` that of the equivalence test, the measurement's own
     standard deviation; `remarks` what the reader must know; `seeds_by` is "setting" where the seed of a heap belongs to
-    its levels, "place" where it follows from where the heap stands in its design, as in release 0.1.
+    its levels, "place" where it follows from where the heap stands in its design, as in release 0.1; `observable` is the
+    reading of the heap that was measured.
     """
 
     contact_law: str
@@ -58,6 +65,7 @@ class Plan:
     remarks: tuple[str, ...] = ()
     own: frozenset[str] = frozenset()
     seeds_by: str = "setting"
+    observable: str = OBSERVABLE
 
     @property
     def margin(self) -> float:

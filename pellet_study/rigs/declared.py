@@ -18,7 +18,10 @@ OF_EVERY_RIG = ("name", "parameters", "conditions", "observables")
 ON_YADE = ("contact_laws", "effects", "numerics", "random", "time_limit_s")  # what a rig on YADE declares besides
 Condition = float | str  # a condition's value: a number, or a word of its options
 FLAT_TO_UPRIGHT = (0.0, 90.0)
-READABLE = {"slip_angle_deg": FLAT_TO_UPRIGHT, "repose_angle_deg": FLAT_TO_UPRIGHT}  # where the rig says nothing
+READABLE = {  # where the rig says nothing
+    "slip_angle_deg": FLAT_TO_UPRIGHT,
+    **{f"repose_{reading}_deg": FLAT_TO_UPRIGHT for reading in ("angle", "flank", "triangle", "moment")},
+}
 
 
 class Acting(NamedTuple):

@@ -35,9 +35,10 @@ class Formula:
     the climb's begin at 20_000, the surface's at 30_000, the validation's at 50_000. Those of `jammed` give no angle.
     """
 
-    def __init__(self, level=40.75, slopes=SLOPES, noise=0.4, jammed=(), offset=0):
+    def __init__(self, level=40.75, slopes=SLOPES, noise=0.4, jammed=(), offset=0, flat=()):
         self.level, self.slopes, self.noise, self.jammed, self.asked = level, slopes, noise, jammed, []
         self.offset = offset  # of the seeds of the noise
+        self.flat = flat  # heaps with an angle and no flank
         self.numbers = {}
 
     def number(self, seed):
@@ -51,11 +52,13 @@ class Formula:
             self.asked.append(case["seed"])
             angle = self.level + self.noise * np.random.default_rng(case["seed"] + self.offset).normal()
             angle += sum(k * factors[n].coded(case["parameters"][SYMBOLS[n]]) for n, k in self.slopes.items())
-            lost = self.number(case["seed"]) in self.jammed
+            number = self.number(case["seed"])
+            lost = number in self.jammed
             rows.append(
                 {
                     "id": f"{case['seed']}",
                     "repose_angle_deg": None if lost else angle,
+                    "repose_flank_deg": None if lost or number in self.flat else angle + 2,
                     "direction_error_deg": None if lost else 0.3,
                     "bond_number": 3.7,
                     "status": "jammed: 400 of 1503 grains came out" if lost else "ok",
@@ -151,6 +154,23 @@ def test_jammed_heaps_are_left_out_and_counted(powder, monkeypatch):
     assert runs.loc[runs["seed"] == third, "repose_angle_deg"].isna().all()
     with pytest.raises(SimulationError, match="only"):
         chain_of(powder, Formula(jammed=range(10_000, 10_040)), monkeypatch).run(["screening"])
+
+
+def test_a_target_read_as_flanks_is_met_by_flanks_and_a_heap_without_them_is_lost(powder, monkeypatch):
+    (powder / "measurements.csv").write_text("rig,observable,value,sd\nrepose,repose_flank_deg,41.69,0.79\n")
+    said = []
+    stub = Formula(flat={10_002})
+    decisions = chain_of(powder, stub, monkeypatch, say=said.append).run(["screening"])
+    assert decisions["screening"].lost == 1
+    assert any("no repose_flank_deg: too flat" in line for line in said)
+    runs = pd.read_csv(powder / "screening" / "runs.csv").set_index("seed")
+    monkeypatch.undo()
+    (powder / "measurements.csv").write_text("rig,observable,value,sd\nrepose,repose_angle_deg,41.69,0.79\n")
+    angles = chain_of(powder, Formula(), monkeypatch)
+    angles.run(["screening"])
+    other = pd.read_csv(powder / "screening" / "runs.csv").set_index("seed")
+    difference = (runs["repose_angle_deg"] - other["repose_angle_deg"]).dropna()
+    assert len(difference) == len(other) - 1 and difference.to_numpy() == pytest.approx(2.0)
 
 
 def test_as_many_heaps_as_terms_leave_no_scatter_and_are_refused(powder, monkeypatch):
