@@ -68,12 +68,19 @@ def _variance_of(held: Sequence[RowResidual]) -> tuple[np.ndarray, np.ndarray]:
     return own - np.square(shared).sum(axis=1), shared
 
 
+def _grouped(levels: Sequence) -> list[dict]:
+    """Each level by itself, or of many, neighbours together in `MOST_LEVELS` groups."""
+    number = min(len(levels), MOST_LEVELS)
+    ends = [len(levels) * k // number for k in range(number + 1)]
+    return [dict.fromkeys(levels[first:last]) for first, last in zip(ends, ends[1:], strict=False)]
+
+
 def level_out_errors(state: CalibratedStudy) -> dict[str, float]:
     """Error on rows that a fit has not seen: each level of a condition kept back in turn, `rig.condition` -> rms.
 
     Of more than `MOST_LEVELS` levels, neighbours are kept back together, in so many groups.
 
-    Unweighted, in the observable's unit; for conditions with at least three levels, where enough cells stay to fit.
+    Unweighted, in the observable's unit; for conditions with at least three levels (words too), where enough cells stay to fit.
     """
     model, cells = state.model, state.cells
     rows = [row for row in state.study.rows if row.split == "fit"]
@@ -82,17 +89,17 @@ def level_out_errors(state: CalibratedStudy) -> dict[str, float]:
     errors_of = {}
     for rig in dict.fromkeys(cell.rig for cell in measured):
         for condition in next(cell for cell in measured if cell.rig == rig).conditions:
-            level = np.array([cell.conditions[condition] if cell.rig == rig else np.nan for cell in measured])
-            levels = np.unique(level[~np.isnan(level)])
+            level = [cell.conditions[condition] if cell.rig == rig else None for cell in measured]
+            levels = sorted({value for value in level if value is not None})
             if len(levels) < 3 or len({row.observable for row in rows if row.rig == rig}) > 1:
                 continue
-            of_level: dict[float, list[Measurement]] = {}
+            of_level: dict[float | str, list[Measurement]] = {}
             for row in rows:
                 if row.rig == rig:
                     of_level.setdefault(row.conditions[condition], []).append(row)
             errors = []
-            for left_out in np.array_split(levels, min(len(levels), MOST_LEVELS)):
-                kept = ~np.isin(level, left_out)
+            for left_out in _grouped(levels):
+                kept = np.array([value not in left_out for value in level])
                 if kept.sum() < max(1, len(state.fit.problem.free)):
                     break
                 fitted = fit(model, part_of(cells, kept), problem_of(model, 2, state.fit.point))

@@ -33,8 +33,12 @@ class Outlier:
     others: float
     varied: tuple[str, ...] = ()
 
+    def _level(self, name: str) -> str:
+        level = self.row.conditions[name]
+        return level if isinstance(level, str) else f"{level:g}"
+
     def __str__(self) -> str:
-        at = ", ".join(f"{name} {self.row.conditions[name]:g}" for name in self.varied) or "one condition"
+        at = ", ".join(f"{name} {self._level(name)}" for name in self.varied) or "one condition"
         return (
             f"line {self.row.line}: {self.row.observable} {self.row.value:g} ({self.row.rig}, {at}) lies {abs(self.times):.0f} "
             f"standard deviations from its replicates ({self.others:.4g})"

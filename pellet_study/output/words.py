@@ -8,9 +8,9 @@ from difflib import get_close_matches
 ACTING = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff]")
 
 
-def number(value: float | None, digits: int = 4) -> str:
-    """A number with so many significant digits, `-` where unknown."""
-    return "-" if value is None else f"{value:.{digits}g}"
+def number(value: float | str | None, digits: int = 4) -> str:
+    """A number with so many significant digits, a word as it is, `-` where unknown."""
+    return "-" if value is None else value if isinstance(value, str) else f"{value:.{digits}g}"
 
 
 def probability(p: float | None) -> str:
@@ -32,11 +32,12 @@ def shown(text: str) -> str:
 
 
 def nearest(given: object, accepted: Iterable[str]) -> str:
-    """`; accepted are a, b, c; did you mean b?` for an error message."""
+    """`; accepted are b, a, c; did you mean b?` for an error message: what is near first, the others by the alphabet."""
     names = sorted(accepted)
     if not names:
         return "; there is none"
-    return f"; accepted are {', '.join(names)}{did_you_mean(given, names)}"
+    near = get_close_matches(str(given), names)
+    return f"; accepted are {', '.join(dict.fromkeys([*near, *names]))}{did_you_mean(given, names)}"
 
 
 def did_you_mean(given: object, accepted: Iterable[str]) -> str:
