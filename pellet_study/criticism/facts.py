@@ -12,6 +12,7 @@ from pellet_study.criticism.constancy import Drift
 from pellet_study.criticism.verdicts import Note
 from pellet_study.output.words import probability
 from pellet_study.rigs.catalogue import Catalogue, Effect
+from pellet_study.rigs.declared import Condition
 
 CLEAR_DRIFT = 0.01  # p below which a drift is named; a model fails from DRIFT on, a weaker one still says where to look
 UNSEEN = 0.05  # adjusted p above which a candidate was not seen, so that its smallest visible size is of interest
@@ -88,7 +89,7 @@ class Proposal:
 
     rig: str
     observable: str
-    conditions: Mapping[str, float]
+    conditions: Mapping[str, Condition]
     predictions: tuple[Prediction, ...]
     separation: float
 
@@ -122,9 +123,14 @@ def drift_words(drift: Drift) -> str:
     elif drift.shape == "bends":
         way = "upwards" if drift.z > 0 else "downwards"
         what = f"{drift.parameter} would have to bend {way} over {drift.condition} ({drift.rig})"
-    else:
+    elif drift.shape == "rises":
         what = (
             f"{drift.parameter} would have to {'rise' if drift.z > 0 else 'fall'} with {drift.condition} ({drift.rig})"
+        )
+    else:
+        what = (
+            f"{drift.parameter} would have to be {'higher' if drift.z > 0 else 'lower'} where {drift.condition} is "
+            f"{drift.shape} ({drift.rig})"
         )
     return f"{what}, z = {drift.z:.1f}, p {probability(drift.p)}"
 

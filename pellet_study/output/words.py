@@ -4,9 +4,9 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 
 
-def number(value: float | None, digits: int = 4) -> str:
-    """A number with so many significant digits, `-` where unknown."""
-    return "-" if value is None else f"{value:.{digits}g}"
+def number(value: float | str | None, digits: int = 4) -> str:
+    """A number with so many significant digits, a word as it is, `-` where unknown."""
+    return "-" if value is None else value if isinstance(value, str) else f"{value:.{digits}g}"
 
 
 def probability(p: float | None) -> str:
@@ -15,11 +15,12 @@ def probability(p: float | None) -> str:
 
 
 def nearest(given: object, accepted: Iterable[str]) -> str:
-    """`; accepted are a, b, c; did you mean b?` for an error message."""
+    """`; accepted are b, a, c; did you mean b?` for an error message: what is near first, the others by the alphabet."""
     names = sorted(accepted)
     if not names:
         return "; there is none"
-    return f"; accepted are {', '.join(names)}{did_you_mean(given, names)}"
+    near = get_close_matches(str(given), names)
+    return f"; accepted are {', '.join(dict.fromkeys([*near, *names]))}{did_you_mean(given, names)}"
 
 
 def did_you_mean(given: object, accepted: Iterable[str]) -> str:

@@ -24,6 +24,8 @@ def plan_of(study: Study, contact_law: str | None = None) -> Plan:
     InputError : no measured repose angle, or several under different conditions, or none with a standard deviation;
         an angle that no heap has; anything the chain cannot hold or vary as the study says
     """
+    law = contact_law or study.contact_law or DEFAULT_LAW
+    refuse_law(study, law)
     rows = measured_rows(study)
     known = rows[0].parameters
     refuse_effects(study)
@@ -33,7 +35,7 @@ def plan_of(study: Study, contact_law: str | None = None) -> Plan:
     if not 0 < value < 90:
         raise InputError(f"the measured repose angle is {value:g} deg; expected one above 0 and below 90")
     return Plan(
-        contact_law or study.contact_law or DEFAULT_LAW,
+        law,
         factors,
         fixed,
         dict(rows[0].conditions),
@@ -44,7 +46,20 @@ def plan_of(study: Study, contact_law: str | None = None) -> Plan:
         freedom,
         remarks,
         own=frozenset(f.name for f in factors if SYMBOLS[f.name] in study.parameters),
+        seeds_by=study.seeds_by,
     )
+
+
+def refuse_law(study: Study, law: str) -> None:
+    """A law that cannot have an effect to which one of the factors A to G belongs cannot be calibrated with.
+
+    Raises
+    ------
+    InputError : says why
+    """
+    for effect in study.catalogue.effects.values():
+        if (why := effect.not_with.get(RIG, {}).get(law)) and set(effect.owns) & set(SYMBOLS.values()):
+            raise InputError(f"calibrate varies {', '.join(effect.owns)}, but {why}")
 
 
 def measured_rows(study: Study) -> list[Measurement]:

@@ -173,16 +173,17 @@ def coefficients_lines(coefficients: pd.DataFrame) -> list[str]:
 
 
 def laws(results: Results) -> pd.DataFrame | None:
-    """The answers of both contact laws side by side; None where the other's, for the same plan, are not in FOLDER/LAW.
+    """The answers of two contact laws side by side; None where another's, for the same plan, are not in FOLDER/LAW.
 
     Returns
     -------
     A row a factor: effect and standard error of each law and the paper's effect (deg), then each law's setting that
     meets the target, and whether an effect is beyond two standard errors.
     """
-    other = next(law for law in on_yade.rig(RIG).contact_laws if law != results.plan.contact_law)
-    beside = replace(results, plan=replace(results.plan, contact_law=other), folder=results.folder / other)
-    if not (results.done("screening") and beside.done("screening")):
+    others = (law for law in on_yade.rig(RIG).contact_laws if law != results.plan.contact_law)
+    each = (replace(results, plan=replace(results.plan, contact_law=o), folder=results.folder / o) for o in others)
+    beside = next((one for one in each if one.done("screening")), None)
+    if beside is None or not results.done("screening"):
         return None
     table = pd.DataFrame({"factor": list(NAMES)})
     for one in (results, beside):
