@@ -12,7 +12,7 @@ import pandas as pd
 
 from pellet_study.doe.factors import Factor
 from pellet_study.errors import SimulationError
-from pellet_study.files import writing
+from pellet_study.files import opening, writing
 from pellet_study.powder.plan import OBSERVABLE, RIG, SYMBOLS, Plan
 from pellet_study.rigs import on_yade
 from pellet_study.simulation import dispatch
@@ -161,4 +161,4 @@ class Heaps:
             del os.environ[KEEP_GRAINS]
         left = folder / f"{again['id']}.csv"
         if left.exists():
-            writing.data(file, left.read_bytes())
+            writing.data(file, opening.content(left))

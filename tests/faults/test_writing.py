@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import stat
 from pathlib import Path
 
@@ -12,7 +13,7 @@ from pellet_study.__main__ import main
 from pellet_study.errors import InputError
 from pellet_study.files import writing
 from pellet_study.study.load import load
-from tests.faults.driver import command
+from tests.faults.driver import ROOT, command
 from tests.helpers.heap_photographs import draw
 from tests.helpers.make_study import incline
 
@@ -196,3 +197,39 @@ def test_a_file_is_there_whole_or_as_it_was_before(tmp_path, monkeypatch):
     with pytest.raises(OSError, match="No space left"):
         writing.text(file, "a page that was written first\nand more\n")
     assert file.read_text() == "a page that was written first\n" and list(tmp_path.iterdir()) == [file]
+
+
+WRITES = re.compile(
+    r"\.write_(text|bytes)\(|\.to_csv\((?!None)|\.savefig\(|imsave\(|\bopen\([^)]*[\"'][wax]b?[\"']|copy2?\(.*file\)"
+)
+READS = re.compile(
+    r"\.read_(text|bytes)\(|\bread_csv\((?!opening|$)|Image\.open\((?!content)|\bopen\([^)]*[\"']rb?[\"']|tomllib\.load\("
+)
+BY_ITSELF = {  # what is written into a folder of the program's own that nobody else sees, on a stream, or read from the package
+    "__main__.py": "streams that are open already",
+    "api/figures.py": "an example",
+    "api/studies.py": "a temporary folder",
+    "commands/design_tables.py": "printed",
+    "commands/init.py": "read from the package",
+    "output/style.py": "into memory",
+    "paper/printed.py": "read from the package",
+    "powder/report.py": "into memory",
+    "rigs/scripts.py": "code that was looked at before",
+    "simulation/cluster.py": "a temporary folder",
+    "simulation/local.py": "the folder of a campaign",
+    "simulation/processes.py": "the folder of a campaign",
+    "simulation/yade.py": "a temporary folder",
+    "tables/rows.py": "looked at before, read line by line",
+}
+
+
+def test_every_file_is_opened_and_written_in_the_one_way():
+    package = ROOT / "pellet_study"
+    found = {
+        str(file.relative_to(package)): line.strip()
+        for file in package.rglob("*.py")
+        if file.parent.name != "files"
+        for line in file.read_text(encoding="utf-8").splitlines()
+        if WRITES.search(line) or READS.search(line)
+    }
+    assert found.keys() <= BY_ITSELF.keys(), {name: line for name, line in found.items() if name not in BY_ITSELF}
