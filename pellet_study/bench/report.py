@@ -54,8 +54,8 @@ def write(results: Sequence[BenchResult], folder: Path, contact_law: str) -> str
     """Write sweeps, calibration, figures and summary into the study; returns the summary."""
     table = []
     for stage in STAGES:  # what an earlier call with other measurements left
-        (folder / f"sweep_{stage.rig}.csv").unlink(missing_ok=True)
-        (folder / "figures" / f"{stage.rig}.png").unlink(missing_ok=True)
+        writing.remove(folder / f"sweep_{stage.rig}.csv")
+        writing.remove(folder / "figures" / f"{stage.rig}.png")
     for result in results:
         stage = result.stage
         writing.table(folder / f"sweep_{stage.rig}.csv", result.sweep.round(6))

@@ -120,6 +120,12 @@ def folder(place: Path) -> Path:
     return place
 
 
+def remove(file: Path) -> None:
+    """Take away what an earlier call wrote, where it is there; through no link, as nothing is written through one."""
+    refuse_link(file)
+    file.unlink(missing_ok=True)
+
+
 @contextmanager
 def appending(file: Path) -> Iterator[IO[str]]:
     """A text file open for more lines at its end; it is refused where `data` would be."""

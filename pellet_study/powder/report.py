@@ -110,7 +110,7 @@ def write_summary(results: Results) -> str:
     text = text_of(results)
     both = laws(results)
     if both is None:
-        (results.folder / "laws.csv").unlink(missing_ok=True)
+        writing.remove(results.folder / "laws.csv")
     else:
         writing.table(results.folder / "laws.csv", both)
         text += "\n\nboth contact laws, effects in deg:\n" + both.to_string(index=False, na_rep="")

@@ -51,7 +51,7 @@ class Results:
 
     def write_table(self, stage: str, name: str, table: pd.DataFrame) -> None:
         """A table of a stage. With it an old decision goes: it was made from others."""
-        decision_file(self.folder, stage).unlink(missing_ok=True)
+        writing.remove(decision_file(self.folder, stage))
         writing.table(self.folder / stage / f"{name}.csv", table)
 
     def write_decision(self, stage: str, decision: Decision | PathSetting) -> None:

@@ -70,6 +70,10 @@ def test_a_folder_of_the_study_that_is_a_link_is_refused(study, tmp_path, capsys
         writing.text(study / name / "page.txt", "a page")
     with pytest.raises(InputError, match=rf"{name} is a link to"):
         writing.folder(study / name)
+    (tmp_path / "elsewhere" / "page.txt").touch()
+    with pytest.raises(InputError, match=rf"{name} is a link to"):
+        writing.remove(study / name / "page.txt")
+    (tmp_path / "elsewhere" / "page.txt").unlink()
     assert not list((tmp_path / "elsewhere").iterdir())
 
 
