@@ -59,7 +59,7 @@ def study_of(
     Parameters
     ----------
     measurements : the columns of measurements.csv: `rig`, `observable`, `value`, conditions with their unit in the name;
-        optional `sd`, `n`, `setup`, `setup_sd`, `split`, `order`, `resolution`, `note` and known parameters
+        optional `sd`, `n`, `setup`, `setup_sd`, `split`, `reason`, `order`, `note` and known parameters
     parameters : a number is fixed; (min, max) or (value, min, max) is free; what is not named keeps its default
     effects : {effect: {parameter: as above}}, physics present beyond the base
     candidates : effects that `diagnose` may consider; default: all that act in the rigs used

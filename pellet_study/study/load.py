@@ -72,6 +72,7 @@ def assembled(
     library: Path | None = None,
 ) -> Study:
     """A checked study of what study.toml says, given as tables, and of measured rows; `file` is named in errors."""
+    rows, left_out = _parted(file, rows)
     possible = _possible(file, table(file, given, "possible"), everything)
     catalogue = everything.within(list(dict.fromkeys([*(row.rig for row in rows), *possible])))
     law = choice(file, given, "contact_law", CONTACT_LAWS)
@@ -88,10 +89,19 @@ def assembled(
         effort=setting(f"{file}: effort", given.get("effort", 1.0), EFFORT).value,
         folder=folder,
         library=library,
+        left_out=left_out,
     )
     check(study, f"{file}: ")
     check_on_rows(catalogue, rows, {name: given.value for name, given in study.parameters.items()})
     return study
+
+
+def _parted(file: Path | str, rows: tuple[Measurement, ...]) -> tuple[tuple[Measurement, ...], tuple[Measurement, ...]]:
+    """The rows that are used, and those left out."""
+    used = tuple(row for row in rows if row.split != "leave_out")
+    if not used:
+        raise InputError(f"{file}: every row of the measurements is left out; give some the split `fit`")
+    return used, tuple(row for row in rows if row.split == "leave_out")
 
 
 def _toml_in(file: Path) -> dict:

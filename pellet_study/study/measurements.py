@@ -11,10 +11,10 @@ from pellet_study.rigs.catalogue import Catalogue
 from pellet_study.tables import rows
 from pellet_study.tables.numbers import BLANKS, number
 
-COLUMNS = ("rig", "observable", "value", "sd", "n", "setup", "setup_sd", "split", "note")
+COLUMNS = ("rig", "observable", "value", "sd", "n", "setup", "setup_sd", "split", "reason", "order", "note")
 REQUIRED = ("rig", "observable", "value")
-SPLITS = ("fit", "holdout")
-TEXTS = ("rig", "observable", "value", "setup", "split", "note")  # where * or / is no blank
+SPLITS = ("fit", "holdout", "leave_out")
+TEXTS = ("rig", "observable", "value", "setup", "split", "reason", "note")  # where * or / is no blank
 ENCODINGS = ("utf-8-sig", "utf-16", "gb18030")
 
 
@@ -23,7 +23,8 @@ class Measurement:
     """One row: a reading, or the mean of `n` readings.
 
     `sd` is of one reading, None where unknown; `conditions` holds every condition of the rig, defaults filled in;
-    `parameters` those known for this row; `line` is the row's line in the file.
+    `assumed` names those that were filled in; `parameters` are those known for this row; `split` is `fit`, `holdout` or
+    `leave_out`, `reason` says why a row is not fitted; `order` is when it was taken; `line` is the row's line in the file.
     """
 
     rig: str
@@ -38,6 +39,9 @@ class Measurement:
     split: str
     note: str
     line: int
+    reason: str = ""
+    order: float | None = None
+    assumed: tuple[str, ...] = ()
 
 
 def read(file: Path, catalogue: Catalogue) -> tuple[Measurement, ...]:
@@ -91,6 +95,18 @@ def _number(
     return value
 
 
+def _check_split(where: str, split: str, reason: str) -> None:
+    """Refuse an unknown split, a row left out without a reason, and a reason for a row that is fitted."""
+    if split and split not in SPLITS:
+        raise InputError(f"{where}: split {split!r} is unknown{nearest(split, SPLITS)}")
+    if split == "leave_out" and not reason:
+        raise InputError(f"{where}: split leave_out: a row that is left out says why in a column `reason`")
+    if reason and split in ("", "fit"):
+        raise InputError(
+            f"{where}: reason {reason[:60]!r}, but the row is fitted; expected split leave_out or holdout beside it"
+        )
+
+
 class _Rows:
     """Rows of one file, checked; rows of one case share what they say of it."""
 
@@ -118,15 +134,14 @@ class _Rows:
         key = tuple([cells[k] for k in self.of_case])
         if key not in self.cases:
             self.cases[key] = self._case(where, dict(zip(self.header, cells, strict=True)))
-        rig, observable, conditions, known = self.cases[key]
-        value, sd, n, setup, setup_sd, split, note = (
+        rig, observable, conditions, known, assumed = self.cases[key]
+        value, sd, n, setup, setup_sd, split, reason, order, note = (
             "" if (place := self.place[name]) is None else cells[place] for name in COLUMNS[2:]
         )
         count = _number(where, "n", n, 1, decimal=self.decimal) if n else 1.0
         if count != int(count):
             raise InputError(f"{where}: n {n!r}: expected a whole number of readings")
-        if split and split not in SPLITS:
-            raise InputError(f"{where}: split {split!r} is unknown{nearest(split, SPLITS)}")
+        _check_split(where, split, reason)
         reading = _number(where, "value", value, decimal=self.decimal)
         low, high = self.catalogue.rigs[rig].readable.get(observable, (-math.inf, math.inf))
         if not low <= reading <= high:
@@ -146,10 +161,13 @@ class _Rows:
             split=split or SPLITS[0],
             note=note,
             line=line,
+            reason=reason,
+            order=_number(where, "order", order, decimal=self.decimal) if order else None,
+            assumed=assumed,
         )
 
-    def _case(self, where: str, cells: dict[str, str]) -> tuple[str, str, dict, dict]:
-        """Rig, observable, conditions with defaults filled in, known parameters."""
+    def _case(self, where: str, cells: dict[str, str]) -> tuple[str, str, dict, dict, tuple[str, ...]]:
+        """Rig, observable, conditions with defaults filled in, known parameters, the conditions filled in."""
         rig = self.catalogue.rig(cells["rig"], f"{where}: ")
         if cells["observable"] not in rig.observables:
             raise InputError(
@@ -178,4 +196,5 @@ class _Rows:
                     f"{where}: rig {rig.name} has no {kind} {name!r}, leave the cell blank; it has "
                     f"{', '.join([*rig.conditions, *rig.parameters])}"
                 )
-        return rig.name, cells["observable"], conditions, known
+        assumed = tuple(name for name in rig.conditions if not cells.get(name))
+        return rig.name, cells["observable"], conditions, known, assumed

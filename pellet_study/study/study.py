@@ -33,7 +33,8 @@ class Study:
     `parameters` holds those named in [parameters]; `effects` those present, each with a Setting for every parameter;
     `candidates` is None where any effect that acts in the rigs may be considered; `possible` maps a rig to
     {condition: (min, max)} of what could be measured next; `effort` multiplies the number of simulations; `library` is
-    the folder of shared effects and rigs that it was loaded with.
+    the folder of shared effects and rigs that it was loaded with. `left_out` are rows of split `leave_out`, each with
+    its reason: they are shown and used for nothing, so that `rows` does not have them.
     """
 
     title: str
@@ -48,6 +49,7 @@ class Study:
     effort: float = 1.0
     folder: Path | None = None
     library: Path | None = None
+    left_out: tuple[Measurement, ...] = ()
 
     @property
     def rigs(self) -> tuple[str, ...]:
