@@ -13,8 +13,10 @@ from pellet_study.criticism.by_level import by_level
 from pellet_study.criticism.calibration import fit_study
 from pellet_study.criticism.compare import Comparison as Fitted
 from pellet_study.criticism.compare import compare as compare_rows
+from pellet_study.criticism.diagnose import GATE
 from pellet_study.criticism.diagnose import diagnose as rank
 from pellet_study.criticism.refine import refine as refine_study
+from pellet_study.criticism.robustness import examined
 from pellet_study.errors import InputError
 from pellet_study.output.words import nearest
 from pellet_study.study import history
@@ -70,7 +72,7 @@ def diagnose(study: Study, *, write: bool = False) -> Diagnosis:
     adequate []
     """
     state = fit_study(study)
-    found = rank(study, state)
+    found = examined(study, state, rank(study, state), GATE)
     answer = {**answers.diagnosis(found), "by_level": by_level(state, found)}
     page = text.diagnosis_page(study, found)
     if write:

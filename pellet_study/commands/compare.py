@@ -4,6 +4,7 @@ import argparse
 
 from pellet_study.api import criticism
 from pellet_study.commands.arguments import add_study, named, study_of
+from pellet_study.criticism import fit_facts
 from pellet_study.output.terminal import done, say, warn, working
 
 EXAMPLE = """\
@@ -33,6 +34,6 @@ def run(arguments: argparse.Namespace) -> dict:
 
         style.save(figures.predictions(answer.rows), arguments.study / "figures" / "predictions.png")
         style.save(figures.residuals([answer.json]), arguments.study / "figures" / "residuals.png")
-    after = "diagnose" if answer.fits is False else "report"
+    after = "diagnose" if fit_facts.doubted(answer.json) else "report"
     done(arguments.study / "compare.txt", f"{after} {named(arguments)}")
     return answer.json

@@ -4,6 +4,7 @@ import argparse
 
 from pellet_study.api import criticism
 from pellet_study.commands.arguments import add_study, named, study_of
+from pellet_study.criticism import facts
 from pellet_study.output.terminal import done, say, warn, working
 
 EXAMPLE = """\
@@ -37,5 +38,6 @@ def run(arguments: argparse.Namespace) -> dict:
         if answer.by_level:
             style.save(figures.constants(answer.by_level), folder / "constants.png")
     after = f"add {named(arguments)} {answer.missing[0]}" if answer.missing else f"report {named(arguments)}"
-    done(arguments.study / "diagnose.txt", after)
+    first = facts.fit_too(answer.json)
+    done(arguments.study / "diagnose.txt", f"diagnose {named(arguments)}" if first else after, first)
     return answer.json

@@ -4,6 +4,7 @@ import argparse
 
 from pellet_study.api import criticism
 from pellet_study.commands.arguments import add_study, named, study_of
+from pellet_study.criticism import facts
 from pellet_study.output.terminal import done, say, warn, working
 
 EXAMPLE = """\
@@ -26,5 +27,6 @@ def run(arguments: argparse.Namespace) -> dict:
         answer = criticism.refine(study_of(arguments), write=True)
     say(answer.page)
     warn([*answer.warnings, *answer.unsaid], noted=answer.warnings)
-    done(arguments.study / "refine.txt", f"report {named(arguments)}")
+    first = facts.fit_too(answer.json)
+    done(arguments.study / "refine.txt", f"{'refine' if first else 'report'} {named(arguments)}", first)
     return answer.json

@@ -5,8 +5,9 @@ Matplotlib is imported when a figure is asked for.
 """
 
 import io
+import re
 import textwrap
-from collections.abc import Callable, Iterable
+from collections.abc import Callable, Iterable, Mapping
 from functools import wraps
 from pathlib import Path
 from typing import Any
@@ -131,18 +132,31 @@ def legend_below(figure: Any, handles: Iterable, labels: Iterable[str], columns:
         legend.remove()
 
 
-def words(name: str) -> tuple[str, str]:
-    """A column's name in words, and its unit: `layer_height_mm` -> ("layer height", "mm"); no unit: "-"."""
+def words(name: str, unit: str | None = None) -> tuple[str, str]:
+    """A column's name in words, and its unit: `layer_height_mm` -> ("layer height", "mm"); no unit: "-".
+
+    With a declared unit (`s/m`, "1" for a number) nothing is read off the name but that unit's spelling: `slowness_s_m` ->
+    ("slowness", "s/m"). Names of the package's own tables end with their unit, and need none declared.
+    """
+    if unit is not None:
+        spelt = re.sub("[^a-z0-9]+", "_", unit.lower()).strip("_")
+        text = name.removesuffix("_" + spelt) if unit != "1" and spelt else name
+        return text.replace("_", " "), "-" if unit in ("1", "") else UNITS.get(spelt, unit)
     for suffix in sorted(UNITS, key=len, reverse=True):
         if name.endswith("_" + suffix):
             return name[: -len(suffix) - 1].replace("_", " "), UNITS[suffix]
     return name.replace("_", " "), "-"
 
 
-def label(name: str) -> str:
+def label(name: str, unit: str | None = None) -> str:
     """A column's name as written on an axis: `layer height (mm)`; a parameter of the paper with its symbol."""
-    text, unit = words(name)
+    text, unit = words(name, unit)
     return f"{text} {SYMBOLS[name]} ({unit})" if name in SYMBOLS else f"{text} ({unit})"
+
+
+def declared(name: str, units: Mapping[str, str]) -> str:
+    """A name as written in a table, with its unit where one is declared; verbatim where none is."""
+    return label(name, units[name]) if name in units else name
 
 
 def unit_in_words(unit: str) -> str:

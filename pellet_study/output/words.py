@@ -1,7 +1,7 @@
 """Numbers, probabilities and names in words."""
 
 from collections.abc import Iterable
-from difflib import get_close_matches
+from difflib import SequenceMatcher, get_close_matches
 
 
 def number(value: float | None, digits: int = 4) -> str:
@@ -15,8 +15,8 @@ def probability(p: float | None) -> str:
 
 
 def nearest(given: object, accepted: Iterable[str]) -> str:
-    """`; accepted are a, b, c; did you mean b?` for an error message."""
-    names = sorted(accepted)
+    """`; accepted are b, a, c; did you mean b?` for an error message, the nearest names first."""
+    names = sorted(accepted, key=lambda name: (-SequenceMatcher(None, str(given), name).ratio(), name))
     if not names:
         return "; there is none"
     return f"; accepted are {', '.join(names)}{did_you_mean(given, names)}"

@@ -4,11 +4,12 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from pellet_study.criticism import facts, figures
-from pellet_study.criticism.facts import Candidate
+from pellet_study.criticism import facts, figures, fit_facts
+from pellet_study.criticism.facts import Candidate, Size
+from pellet_study.criticism.grades import RULE
 from pellet_study.criticism.verdicts import Note, Verdict
 from pellet_study.output import style
-from pellet_study.output.style import label
+from pellet_study.output.style import declared
 from pellet_study.output.words import number, probability
 from pellet_study.report.parts import Picture, Table, picture, table
 from pellet_study.rigs.catalogue import Effect
@@ -64,26 +65,27 @@ class NextPart:
 
 def fit_sentence(comparison: dict[str, Any]) -> str:
     """How well a model fits."""
-    judged = facts.fit_words(comparison)
+    judged = fit_facts.fit_words(comparison)
     if judged is None:
         return (
             "There are neither standard deviations nor replicates: how well it fits cannot be judged from these data."
         )
-    return (
-        f"chi² = {number(comparison['chi2'])} on {comparison['dof']}, lack of fit p "
-        f"{probability(comparison['lack_of_fit_p'])}: {judged}."
+    held_out = fit_facts.held_out_words(comparison)
+    return f"chi² = {number(comparison['chi2'])} on {comparison['dof']}; {judged}." + (
+        f" Rows held out: {held_out}." if held_out else ""
     )
 
 
 def model(comparison: dict[str, Any]) -> ModelPart:
     """The model that was compared."""
     rows = []
-    for constant in facts.constants(comparison):
-        text, unit = style.words(constant.name.replace(".", ": "))
+    units = comparison.get("units") or {}
+    for constant in fit_facts.constants(comparison):
+        text, unit = style.words(constant.name, units.get(constant.name, ""))
         interval = "fixed" if constant.interval is None else " to ".join(map(number, constant.interval))
-        rows.append([text, unit, number(constant.value), interval, ", ".join(constant.remarks)])
+        rows.append([text.replace(".", ": "), unit, number(constant.value), interval, ", ".join(constant.remarks)])
     return ModelPart(
-        fit=f"Model: {facts.model_name(comparison['effects'])}. {fit_sentence(comparison)}",
+        fit=f"Model: {facts.model_name(comparison['effects'])}. {fit_sentence(comparison)} Rule: {RULE}.",
         parameters=table(("constant", "unit", "value", "95 % interval", "remark"), rows, (2, 3)),
         pictures=[
             picture(
@@ -99,7 +101,7 @@ def fails(steps: Sequence[dict[str, Any]], diagnoses: Sequence[dict[str, Any]]) 
     """Where the models fail, of one comparison or more, the first and the last in words."""
     words = []
     for step in dict.fromkeys((0, len(steps) - 1)):
-        failing = "; ".join(facts.failures(steps[step])) or "no calibrated constant drifts with a condition"
+        failing = "; ".join(fit_facts.where_words(steps[step]))
         words.append(f"Model {facts.model_name(steps[step]['effects'])}: {failing}.")
     pictures = [
         picture(
@@ -124,35 +126,49 @@ def fails(steps: Sequence[dict[str, Any]], diagnoses: Sequence[dict[str, Any]]) 
 
 def worst_rows(comparison: dict[str, Any]) -> Table:
     """The rows that a model predicts worst."""
-    varying = facts.varying(comparison["rows"])
+    varying, units = facts.varying(comparison["rows"]), comparison.get("units") or {}
     worst = sorted(comparison["rows"], key=lambda row: -facts.misfit(row))[:MOST_WORST]
     rows = [
         [
             row["rig"],
-            "; ".join(f"{label(c)} {number(v)}" for c, v in row["conditions"].items() if c in varying[row["rig"]]),
+            "; ".join(
+                f"{declared(c, units)} {number(v)}" for c, v in row["conditions"].items() if c in varying[row["rig"]]
+            ),
+            {"fit": "", "holdout": "held out"}[row["split"]],
             number(row["value"]),
             number(row["predicted"]),
             "-" if row["z"] is None else f"{row['z']:.1f}",
         ]
         for row in worst
     ]
-    head = ("rig", "conditions", "measured", "predicted", "residual / uncertainty")
-    return table(head, rows, (2, 3, 4), f"The rows that {facts.model_name(comparison['effects'])} predicts worst")
+    head = ("rig", "conditions", "split", "measured", "predicted", "residual / uncertainty")
+    return table(head, rows, (3, 4, 5), f"The rows that {facts.model_name(comparison['effects'])} predicts worst")
 
 
 def verdict(diagnosis: dict[str, Any]) -> str:
-    """The verdict of a diagnosis in a sentence."""
+    """The verdict of a diagnosis in a sentence, and what stands beside it."""
     found = facts.finding(diagnosis)
     match found.verdict:
         case Verdict.MISSING:
-            return f"Missing in {found.model}: {found.names}."
+            words = f"Missing in {found.model}: {found.names}."
         case Verdict.TIED:
-            return f"Tied in {found.model}: {found.names} explain it alike; these data cannot tell them apart."
+            words = f"Tied in {found.model}: {found.names} explain it alike; these data cannot tell them apart."
         case Verdict.UNDECIDED:
-            return f"Undecided: a fit on which the answer about {found.model} rests did not end."
+            words = f"Undecided: a fit on which the answer about {found.model} rests did not end."
         case Verdict.UNEXPLAINED:
-            return f"Unexplained: {found.model} fails, and no candidate of a plausible size repairs it."
-    return f"Adequate: nothing that {found.model} lacks is supported by these data."
+            words = f"Unexplained: {found.model} fails, and no candidate of a plausible size repairs it."
+        case _:
+            words = f"Adequate: nothing that {found.model} lacks is supported by these data."
+    beside = [
+        f"The rows held out contradict {found.model}: p {probability(diagnosis['holdout_p'])}, the limit is "
+        f"{diagnosis['holdout_limit_p']:g}"
+        if diagnosis.get("holdout_contradicts")
+        else "",
+        facts.fitted_too_words(diagnosis),
+        facts.undone_words(diagnosis),
+        facts.miss_words(diagnosis),
+    ]
+    return " ".join([words, *(f"{line[0].upper()}{line[1:]}." for line in beside if line)])
 
 
 def missing(study: Study, diagnosis: dict[str, Any]) -> MissingPart:
@@ -168,7 +184,10 @@ def missing(study: Study, diagnosis: dict[str, Any]) -> MissingPart:
                 "best: a tie, and then nothing is added. Hatched bars would need a size no material has.",
             )
         )
-    needed = f"Is any candidate needed? p {probability(diagnosis['gate_p'])}, over all candidates together."
+    limit = diagnosis.get("gate_limit_p")
+    needed = f"Is any candidate needed? p {probability(diagnosis['gate_p'])}, over all candidates together" + (
+        "." if limit is None else f"; one is below {limit:g}."
+    )
     return MissingPart(
         heading=f"Model {facts.model_name(diagnosis['effects'])}",
         verdict=f"{verdict(diagnosis)} {needed}",
@@ -187,12 +206,7 @@ def ranking(candidates: Sequence[Candidate]) -> Table:
             "-" if candidate.score is None else f"{candidate.score:.1f}",
             probability(candidate.p_adjusted),
             f"{candidate.chi2_drop:.1f}",
-            ", ".join(
-                f"{style.words(size.parameter)[0]} {number(size.value, 3)} {style.words(size.parameter)[1]}".removesuffix(
-                    " -"
-                )
-                for size in candidate.sizes
-            ),
+            ", ".join(map(size_words, candidate.sizes)),
             remark(candidate),
         ]
         for candidate in candidates
@@ -203,11 +217,17 @@ def ranking(candidates: Sequence[Candidate]) -> Table:
     )  # fmt: skip
 
 
+def size_words(size: Size) -> str:
+    """A fitted size with its unit as declared."""
+    text, unit = style.words(size.parameter, size.unit or "")
+    return f"{text} {number(size.value, 3)} {unit}".removesuffix(" -")
+
+
 def remark(candidate: Candidate) -> str:
     """What speaks for or against a candidate."""
     words = candidate.note or ("explains" if candidate.explains else "does not explain")
     if candidate.beyond:
-        sizes = ", ".join(f"{style.words(name)[0]} {number(value, 3)}" for name, value in candidate.beyond.items())
+        sizes = ", ".join(f"{name.replace('_', ' ')} {number(value, 3)}" for name, value in candidate.beyond.items())
         words += f"; would need {sizes}"
     if candidate.noticed_from is not None and candidate.note in (Note.WRONG_SIGN, Note.NOT_SHOWN):
         words += f"; from {number(candidate.noticed_from, 3)} on it would be noticed"
@@ -247,19 +267,43 @@ def ladder(steps: Sequence[dict[str, Any]]) -> LadderPart:
     )
 
 
-def next_measurement(diagnoses: Sequence[dict[str, Any]]) -> NextPart | None:
+def errors(diagnosis: dict[str, Any]) -> Table | None:
+    """What each explanation that a verdict names would do to the error; None where it names none."""
+    found = facts.errors(diagnosis)
+    if not found:
+        return None
+    unit = style.unit_in_words(diagnosis["present"]["rms_error_unit"])
+    rows = [
+        [
+            " + ".join(row["effects"]) or "nothing",
+            number(row["chi2"]),
+            row["dof"],
+            probability(row["lack_of_fit_p"]),
+            number(row["rms_error"], 3),
+            number(row["holdout_rms_error"], 3),
+            probability(row["holdout_p"]),
+        ]
+        for row in found
+    ]
+    head = ("added", "chi²", "dof", "lack of fit p", f"rms error ({unit})", "held out", "p of held out")
+    caption = f"What each would do to the error of {facts.model_name(diagnosis['effects'])}"
+    return table(head, rows, range(1, 7), caption)
+
+
+def next_measurement(study: Study, diagnoses: Sequence[dict[str, Any]]) -> NextPart | None:
     """The measurement that the last diagnosis which has one proposes."""
     proposing = next((d for d in reversed(diagnoses) if d["next_measurement"]), None)
     proposal = facts.proposal(proposing) if proposing else None
     if proposing is None or proposal is None:
         return None
-    where = ", ".join(f"{label(c)} {number(v)}" for c, v in proposal.conditions.items())
+    units = study.units
+    where = ", ".join(f"{declared(c, units)} {number(v)}" for c, v in proposal.conditions.items())
     rivals = "; ".join(
         f"{rival.explanation} predicts {number(rival.value, 3)} ± {number(rival.uncertainty, 2)}"
         for rival in proposal.predictions
     )
     return NextPart(
-        words=f"{proposal.rig}, {label(proposal.observable)}, at {where}: {rivals}. "
+        words=f"{proposal.rig}, {declared(proposal.observable, units)}, at {where}: {rivals}. "
         f"The two best differ there by {proposal.separation:.1f} standard uncertainties.",
         pictures=[
             picture(

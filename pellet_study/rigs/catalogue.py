@@ -45,7 +45,10 @@ class Catalogue:
     def rig(self, name: str, where: str = "") -> Rig:
         """The rig of that name, or InputError with the nearest name."""
         if name not in self.rigs:
-            raise InputError(f"{where}rig {name!r} is unknown{nearest(name, self.rigs)}")
+            raise InputError(
+                f"{where}rig {name!r} is unknown: it comes neither with the package nor with a file of the study's rigs/ "
+                f"(or a library's){nearest(name, self.rigs)}"
+            )
         return self.rigs[name]
 
     def effect(self, name: str, where: str = "") -> Effect:
@@ -56,12 +59,27 @@ class Catalogue:
 
 
 def declaring(folder: Path, what: str) -> list[Path]:
-    """The files of a folder that declare a RIG or an EFFECT."""
-    return [
-        file
-        for file in sorted(folder.glob("*.py"))
-        if f"\n{what} = {{" in "\n" + file.read_text(encoding="utf-8", errors="replace")
-    ]
+    """The files of a folder that declare a RIG or an EFFECT.
+
+    Raises
+    ------
+    InputError : one of them cannot be read
+    """
+    return [file for file in sorted(folder.glob("*.py")) if f"\n{what} = {{" in "\n" + _text(file)]
+
+
+def _text(file: Path) -> str:
+    try:
+        return file.read_text(encoding="utf-8", errors="replace")
+    except FileNotFoundError:
+        why = (
+            f"is a link to {file.readlink()}, where there is no file" if file.is_symlink() else "is not there any more"
+        )
+    except IsADirectoryError:
+        why = "is a folder; expected a Python file"
+    except OSError as error:
+        why = f"cannot be read: {error.strerror}"
+    raise InputError(f"{file}: {why}; put the file of the rig or effect there, or take this away")
 
 
 @cache

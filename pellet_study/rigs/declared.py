@@ -16,6 +16,28 @@ OF_EVERY_RIG = ("name", "parameters", "conditions", "observables")
 ON_YADE = ("contact_laws", "effects", "numerics", "random", "time_limit_s")  # what a rig on YADE declares besides
 FLAT_TO_UPRIGHT = (0.0, 90.0)
 READABLE = {"slip_angle_deg": FLAT_TO_UPRIGHT, "repose_angle_deg": FLAT_TO_UPRIGHT}  # where the rig says nothing
+# units of the package's own observables on YADE; their scripts are hashed with every result and say only what they mean
+UNITS = {
+    "rebound_height_mm": "mm",
+    "tangential_restitution": "1",
+    "slip_angle_deg": "deg",
+    "roll_distance_mm": "mm",
+    "repose_angle_deg": "deg",
+    "repose_flank_deg": "deg",
+    "repose_triangle_deg": "deg",
+    "repose_moment_deg": "deg",
+    "discharge_time_s": "s",
+    "fill_bulk_density_kg_m3": "kg/m3",
+    "dynamic_angle_deg": "deg",
+    "shear_stress_pa": "Pa",
+    "direction_error_deg": "deg",
+    "bond_number": "1",
+    "grains": "1",
+    "heap_height_mm": "mm",
+    "flow_time_s": "s",
+    "end_time_s": "s",
+    "largest_overlap": "1",
+}
 
 
 class Acting(NamedTuple):
@@ -83,7 +105,8 @@ class Effect:
 class Rig:
     """What turns cases into observables: a formula (`predict`), or a script that runs in YADE.
 
-    `parameters`, `conditions` and `numerics` map names to {default, min, max, unit, meaning}; `readable` bounds what can
+    `parameters`, `conditions` and `numerics` map names to {default, min, max, unit, meaning}; `observables` maps names to
+    what they mean, `units` to the units they are read in, as far as these are declared; `readable` bounds what can
     be read of an observable. Only on YADE: `effects` maps each effect the script knows to its parameters with the value
     that means absent; `random` rigs scatter over the seed, and `seeds` of them make a mean; in `paired` ones the same
     seed ends nearly alike in nearly the same case; `extra` are files of effects beyond the rig's own, which it can take
@@ -97,6 +120,7 @@ class Rig:
     observables: Mapping[str, str]
     predict: Callable | None = None
     normal_stress: Callable | None = None
+    units: Mapping[str, str] = field(default_factory=dict)
     readable: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     effects: Mapping[str, Mapping] = field(default_factory=dict)
     contact_laws: tuple[str, ...] = ()
@@ -175,14 +199,18 @@ def rig_from(module: ModuleType, file: Path) -> Rig:
     if missing:
         raise InputError(f"{file}: RIG lacks {', '.join(missing)}")
     if not isinstance(declared["observables"], Mapping):
-        raise InputError(f"{file}: observables: expected {{name: meaning}}, got {declared['observables']!r}")
+        raise InputError(
+            f'{file}: observables: expected {{name: {{"unit": ..., "meaning": ...}}}}, or {{name: meaning}}, got '
+            f"{declared['observables']!r}"
+        )
     for name, quantity in [*declared["parameters"].items(), *declared["conditions"].items()]:
         if absent := [key for key in ("default", "min", "max") if key not in quantity]:
             raise InputError(f"{file}: {name} lacks {', '.join(absent)}")
         if not quantity["min"] <= quantity["default"] <= quantity["max"]:
             raise InputError(f"{file}: {name}: expected min <= default <= max, got {quantity}")
     readable = {o: READABLE[o] for o in declared["observables"] if o in READABLE} | declared.get("readable", {})
-    rig = Rig(**{key: declared[key] for key in OF_EVERY_RIG}, file=file, readable=readable)
+    of_all = {key: declared[key] for key in OF_EVERY_RIG} | {"observables": _meanings(declared["observables"])}
+    rig = Rig(**of_all, units=_units(file, declared["observables"]), file=file, readable=readable)
     if not simulated:
         return replace(rig, predict=module.predict, normal_stress=getattr(module, "normal_stress", None))
     return _refuse_clash(
@@ -197,6 +225,24 @@ def rig_from(module: ModuleType, file: Path) -> Rig:
             **{key: declared[key] for key in ("seeds", "paired") if key in declared},
         )
     )
+
+
+def _meanings(observables: Mapping[str, Any]) -> dict[str, str]:
+    """What each observable means."""
+    return {name: o.get("meaning", "") if isinstance(o, Mapping) else str(o) for name, o in observables.items()}
+
+
+def _units(file: Path, observables: Mapping[str, Any]) -> dict[str, str]:
+    """The unit of each observable that has one declared, as text ("mm"; "1" where it is a number)."""
+    found = {name: UNITS[name] for name in observables if name in UNITS}
+    for name, given in observables.items():
+        if isinstance(given, Mapping):
+            if not isinstance(given.get("unit"), str) or not given["unit"]:
+                raise InputError(
+                    f'{file}: observables: {name}: expected {{"unit": "mm", "meaning": ...}}, "1" for a number, got {given!r}'
+                )
+            found[name] = given["unit"]
+    return found
 
 
 def _refuse_clash(rig: Rig) -> Rig:

@@ -1,7 +1,7 @@
 """A study folder read and checked: study.toml, its measurements, and effects and rigs of the user's own."""
 
 import tomllib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from pellet_study.study.measurements import Measurement, read
 from pellet_study.study.study import SCALINGS, Setting, Study, check, settings
 from pellet_study.study.user_code import catalogue_of
 from pellet_study.study.values import choice, limits, setting, table, text
+from pellet_study.tables.rows import STRAY, stray_return
 
 KEYS = (
     "title",
@@ -48,12 +49,21 @@ def load(folder: Path, library: Path | None = None) -> Study:
     InputError : anything in it cannot be used
     """
     folder, library = Path(folder), None if library is None else Path(library)
+    _refuse_no_folder(folder)
     file = folder / "study.toml"
     given = _toml_in(file)
     refuse_unknown(given, file)
     everything = catalogue_of(folder, library)
     rows = read(_inside(folder, file, text(file, given, "measurements", "measurements.csv")), everything)
     return assembled(given, rows, everything, file, folder, library)
+
+
+def _refuse_no_folder(folder: Path) -> None:
+    """A study is a folder: where a file of it is given, the folder is named."""
+    if folder.is_file():
+        inside = (folder.parent / "study.toml").is_file()
+        advice = f"give the folder it is in, {folder.parent}" if inside else "put it there as measurements.csv"
+        raise InputError(f"{folder}: is a file; a study is a folder with study.toml and measurements.csv: {advice}")
 
 
 def refuse_unknown(given: Mapping, file: Path | str) -> None:
@@ -74,12 +84,13 @@ def assembled(
     """A checked study of what study.toml says, given as tables, and of measured rows; `file` is named in errors."""
     rows, left_out = _parted(file, rows)
     possible = _possible(file, table(file, given, "possible"), everything)
-    catalogue = everything.within(list(dict.fromkeys([*(row.rig for row in rows), *possible])))
+    rigs = list(dict.fromkeys([*(row.rig for row in rows), *possible]))
+    catalogue = everything.within(rigs)
     law = choice(file, given, "contact_law", CONTACT_LAWS)
     study = Study(
         title=text(file, given, "title", folder.resolve().name if folder else "study"),
         rows=rows,
-        parameters=_parameters(file, table(file, given, "parameters"), catalogue),
+        parameters=_parameters(file, table(file, given, "parameters"), catalogue, rigs),
         effects=_effects(file, table(file, given, "effects"), catalogue),
         catalogue=catalogue,
         candidates=_candidates(file, given.get("candidates"), catalogue),
@@ -106,16 +117,19 @@ def _parted(file: Path | str, rows: tuple[Measurement, ...]) -> tuple[tuple[Meas
 
 def _toml_in(file: Path) -> dict:
     """What study.toml says."""
+    text_of = ""
     try:
         if file.exists() and (not file.is_file() or file.stat().st_size > LARGEST):
             raise InputError(f"{file}: expected a text file of at most {LARGEST} bytes")
-        return tomllib.loads(file.read_text(encoding="utf-8-sig"))
+        text_of = file.read_bytes().decode("utf-8-sig")
+        return tomllib.loads(text_of if "\n" in text_of else text_of.replace("\r", "\n"))
     except FileNotFoundError:
         raise InputError(f"{file}: no such file; a study is a folder with study.toml and measurements.csv") from None
     except UnicodeDecodeError as error:
         raise InputError(f"{file}: no UTF-8 text ({error.reason} at byte {error.start}); save it as UTF-8") from None
     except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(f"{file}: no valid TOML: {error}") from None
+        stray = stray_return(text_of)
+        raise InputError(f"{file}: {f'line {stray}: {STRAY}' if stray else f'no valid TOML: {error}'}") from None
     except (OSError, ValueError) as error:
         raise InputError(f"{file}: cannot be read: {error}") from None
 
@@ -131,12 +145,13 @@ def _inside(folder: Path, file: Path, name: str) -> Path:
     return path
 
 
-def _parameters(file: Path | str, given: Mapping, catalogue: Catalogue) -> dict[str, Setting]:
+def _parameters(file: Path | str, given: Mapping, catalogue: Catalogue, rigs: Collection[str]) -> dict[str, Setting]:
     known = {name: q for rig in catalogue.rigs.values() for name, q in rig.parameters.items()}
+    of_rigs = {name for rig in rigs for name in catalogue.rigs[rig].parameters}
     found: dict[str, Setting] = {}
     for name, value in given.items():
         if name not in known:
-            raise InputError(f"{file}: parameters: {name!r} is unknown{nearest(name, known)}")
+            raise InputError(f"{file}: parameters: {name!r} is unknown in {', '.join(rigs)}{nearest(name, of_rigs)}")
         found[name] = setting(f"{file}: parameters: {name}", value, limits(known[name]))
     return found
 

@@ -1,13 +1,14 @@
 """measurements.csv: tidy rows, a reading or a mean of readings each, checked before anything is computed from them."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 
 from pellet_study.errors import InputError
 from pellet_study.output.words import nearest
 from pellet_study.rigs.catalogue import Catalogue
+from pellet_study.rigs.declared import Rig
 from pellet_study.tables import rows
 from pellet_study.tables.numbers import BLANKS, number
 
@@ -56,27 +57,48 @@ def read(file: Path, catalogue: Catalogue) -> tuple[Measurement, ...]:
     if header is None:
         names = ", ".join(REQUIRED)
         raise InputError(f"{file}: empty; line 1: column {names} is missing; expected a header with at least {names}")
-    reader = _Rows(file, first, header, catalogue, form.decimal)
+    _check_header(file, first, header, catalogue, table)
+    reader = _Rows(file, header, catalogue, form.decimal)
     found = tuple(reader.row(line, cells) for line, cells in table if any(cells))
     if not found:
         raise InputError(f"{file}: no rows; a row is a reading or a mean of readings")
     return found
 
 
-def _check_header(file: Path, first: int, header: list[str], conditions: set, parameters: set) -> None:
-    accepted = {*COLUMNS, *conditions, *parameters}
+def _check_header(
+    file: Path, first: int, header: list[str], catalogue: Catalogue, table: Iterator[tuple[int, list[str]]]
+) -> None:
+    """Refuse a column that is no rig's, or given twice, or missing; the rows tell which rigs the names are looked up in."""
+    accepted = {*COLUMNS, *(name for rig in catalogue.rigs.values() for name in (*rig.conditions, *rig.parameters))}
     for name in header:
         if header.count(name) > 1:
             raise InputError(
                 f"{file}: line {first}: column {name!r} is given {header.count(name)} times; each name only once"
             )
-        if name not in accepted:
-            raise InputError(f"{file}: line {first}: column {name!r} is unknown{nearest(name, accepted)}")
+    unknown = next((name for name in header if name not in accepted), None)
+    if unknown is not None:
+        rigs = [rig.name for rig in _rigs_of(file, header, catalogue, table)]
+        of_rigs = {n for rig in rigs for n in (*catalogue.rigs[rig].conditions, *catalogue.rigs[rig].parameters)}
+        raise InputError(
+            f"{file}: line {first}: column {unknown!r} is unknown{' in ' + ', '.join(rigs) if rigs else ''}"
+            f"{nearest(unknown, {*COLUMNS, *of_rigs} if rigs else accepted)}"
+        )
     missing = [name for name in REQUIRED if name not in header]
     if missing:
         raise InputError(
             f"{file}: line {first}: column {', '.join(missing)} is missing; given were {', '.join(header)}"
         )
+
+
+def _rigs_of(file: Path, header: list[str], catalogue: Catalogue, table: Iterator[tuple[int, list[str]]]) -> list[Rig]:
+    """The rigs that rows name, or InputError for the first that is none."""
+    if "rig" not in header:
+        return []
+    place, lines = header.index("rig"), dict[str, int]()
+    for line, cells in table:
+        if len(cells) == len(header) and cells[place]:
+            lines.setdefault(cells[place], line)
+    return [catalogue.rig(name, f"{file}: line {line}: ") for name, line in lines.items()]
 
 
 def _number(
@@ -110,11 +132,9 @@ def _check_split(where: str, split: str, reason: str) -> None:
 class _Rows:
     """Rows of one file, checked; rows of one case share what they say of it."""
 
-    def __init__(self, file: Path, first: int, header: list[str], catalogue: Catalogue, decimal: str = "."):
+    def __init__(self, file: Path, header: list[str], catalogue: Catalogue, decimal: str = "."):
         self.file, self.header, self.catalogue, self.decimal = file, header, catalogue, decimal
         self.conditions = {name for rig in catalogue.rigs.values() for name in rig.conditions}
-        self.parameters = {name for rig in catalogue.rigs.values() for name in rig.parameters}
-        _check_header(file, first, header, self.conditions, self.parameters)
         self.numeric = [k for k, name in enumerate(header) if name not in TEXTS]
         self.of_case = [header.index("rig"), header.index("observable")]
         self.of_case += [k for k, name in enumerate(header) if name not in COLUMNS]

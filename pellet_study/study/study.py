@@ -56,6 +56,17 @@ class Study:
         """Rigs that have rows, in the order of the file."""
         return tuple(dict.fromkeys(row.rig for row in self.rows))
 
+    @property
+    def units(self) -> dict[str, str]:
+        """Units as declared: of the rigs' parameters, conditions and observables, and of effects as `effect.parameter`."""
+        found: dict[str, str] = {}
+        for rig in (self.catalogue.rigs[name] for name in self.rigs):
+            declared = {**rig.parameters, **rig.conditions}
+            found |= {name: q["unit"] for name, q in declared.items() if q.get("unit")} | dict(rig.units)
+        for effect in self.catalogue.effects.values():
+            found |= {f"{effect.name}.{name}": q["unit"] for name, q in effect.parameters.items() if q.get("unit")}
+        return found
+
     def acting(self) -> list[str]:
         """Effects that act in the rigs used."""
         return list(dict.fromkeys(e for rig in self.rigs for e in self.catalogue.acting(rig)))

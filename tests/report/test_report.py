@@ -31,9 +31,10 @@ ORDER = [
     "4 What is missing",
     "5 What adding it did to the error",
     "6 What to measure next",
-    "7 The calibration stage by stage",
-    "8 How to repeat each number",
+    "7 How to repeat each number",
 ]
+
+WITH_STAGES = [*ORDER[:-1], "7 The calibration stage by stage", "8 How to repeat each number"]
 
 
 @pytest.fixture(scope="module")
@@ -85,8 +86,22 @@ def test_made_twice_it_is_the_same_to_the_byte(refined):
 def test_what_is_not_there_yet_is_named_with_its_command(tmp_path):
     study = incline(tmp_path)
     text = text_of(study)
-    for name in ("compare", "diagnose", "refine", "bench"):
+    for name in ("compare", "diagnose", "refine"):
         assert f"pellet-study {name} {study.as_posix()}" in text
+
+
+def test_stages_of_the_source_paper_are_on_the_page_of_their_studies_only(tmp_path, bench):
+    own = text_of(incline(tmp_path / "own"))
+    for absent in ("pellet-study bench", "pellet-study calibrate", "stage by stage", "seed bench", "source paper"):
+        assert absent not in own
+    assert "7 The calibration stage by stage" in text_of(bench)
+    plain = folder(tmp_path / "seed", ["rig,observable,value,sd", "slope_slip,slip_angle_deg,31,1"])
+    (plain / "study.toml").write_text("")
+    assert f"pellet-study bench {plain.as_posix()}" in text_of(plain)
+    several = ["rig,observable,value,added_mass_mg", *(f"slope_slip,slip_angle_deg,31,{m}" for m in (0, 5))]
+    loaded = folder(tmp_path / "loaded", several)
+    (loaded / "study.toml").write_text("")
+    assert "pellet-study bench" not in text_of(loaded)
 
 
 def test_the_bench_stages_are_drawn_from_their_files(bench):

@@ -57,7 +57,7 @@ RIG = {
             "meaning": "width between side walls, W",
         },
     },
-    "observables": {"slip_angle_deg": "angle at which the layer starts to slide, a"},
+    "observables": {"slip_angle_deg": {"unit": "deg", "meaning": "angle at which the layer starts to slide, a"}},
     "readable": {"slip_angle_deg": (0.0, 80.0)},
 }
 
