@@ -1,5 +1,6 @@
 """Words that agree with the numbers: what the commands print and answer for small studies of known truth."""
 
+import html
 import json
 import math
 import re
@@ -26,7 +27,7 @@ def asked(name: str, study: Path, capsys) -> tuple[str, dict]:
 def page_of(study: Path, capsys) -> str:
     """The report as text, without its tags."""
     text = Path(asked("report", study, capsys)[1]["path"]).read_text(encoding="utf-8")
-    return " ".join(re.sub("<[^>]*>", " ", text.replace("&lt;", "<").replace("&gt;", ">")).split())
+    return " ".join(html.unescape(re.sub("<[^>]*>", " ", text)).split())
 
 
 def layer(height: float, value: float, split: str = "fit", sd: float = 0.5, n: int = 5) -> str:
@@ -37,20 +38,21 @@ def shear(path: Path, residuals, sd: float = 20.0, stresses=STRESSES_PA) -> Path
     """tau = 0.5 sigma plus given residuals in units of a stated sd, each row a reading."""
     lines = ["rig,observable,value,sd,normal_stress_pa"]
     lines += [
-        f"shear_cell,shear_stress_pa,{0.5 * s + sd * r!r},{sd},{s}" for s, r in zip(stresses, residuals, strict=True)
+        f"shear_cell,shear_stress_pa,{float(0.5 * s + sd * r)!r},{sd},{float(s)!r}"
+        for s, r in zip(stresses, residuals, strict=True)
     ]
     return folder(path, lines)
 
 
-def extrapolated(path: Path, c: float = 25.0, seed: int = 4) -> Path:
-    """Cohesion of c, fitted where it hardly shows (70 to 80 mm), held out where it does (10 and 12 mm)."""
+def extrapolated(path: Path, c: float = 40.0, seed: int = 4) -> Path:
+    """Cohesion of c, fitted where it hardly shows (70 to 80 mm), held out where it does (6 and 10 mm)."""
     rng = np.random.default_rng(seed)
-    rows = [(h, "fit") for h in (70, 75, 80)] + [(h, "holdout") for h in (10, 12)]
+    rows = [(h, "fit") for h in (70, 75, 80)] + [(h, "holdout") for h in (6, 10)]
     lines = [layer(h, slip_angle_deg(h, 0.55, c) + 0.15 * rng.standard_normal(), split) for h, split in rows]
     return folder(path, [HEAD, *lines])
 
 
-@pytest.mark.parametrize("size, grade", [(0.4, "fits"), (1.75, "doubtful"), (4.0, "does not fit")])
+@pytest.mark.parametrize("size, grade", [(0.4, "fits"), (1.5, "doubtful"), (4.0, "does not fit")])
 def test_a_fit_is_graded_alike_in_text_report_and_json(tmp_path, capsys, size, grade):
     """Residuals that no slope and no drift takes up: p of their chi2 against F(n-1, many) puts them above 5 %, between, below."""
     stresses = np.linspace(1000, 1100, 8)
@@ -81,7 +83,7 @@ def test_a_drift_counts_too(tmp_path, capsys):
     tilt = np.linspace(1.8, -1.8, 24)
     lines = ["rig,observable,value,sd,normal_stress_pa"]
     lines += [
-        f"shear_cell,shear_stress_pa,{0.5 * s * (1 + 0.03 * (w + t))!r},{0.015 * s},{s}"
+        f"shear_cell,shear_stress_pa,{float(0.5 * s * (1 + 0.03 * (w + t)))!r},{float(0.015 * s)!r},{float(s)!r}"
         for s, w, t in zip(stresses, wave, tilt, strict=True)
     ]
     page, answer = asked("compare", folder(tmp_path, lines), capsys)
@@ -101,7 +103,7 @@ def test_held_out_rows_that_contradict_are_in_the_answer_the_first_box_and_what_
     too = answer["fitted_too"]
     assert too["effects"] == ["cohesion"] and too["verdict"] == "missing"
     height = too["conditions"][0]["layer_height_mm"]
-    assert len(too["conditions"]) == 1 and height in (10, 12)
+    assert len(too["conditions"]) == 1 and height in (6, 10)
     assert (
         f"with the rows of layer_on_incline at layer_height_mm {height:g} fitted too, cohesion would be named"
         in sentence
@@ -198,7 +200,7 @@ def test_a_tie_shows_what_each_candidate_does_to_the_error(tmp_path, capsys):
         status, added = command("add", copy, name, json_file=tmp_path / "added.json")
         assert status == 0
         for key in ("chi2", "rms_error", "holdout_rms_error"):
-            assert rival[key] == pytest.approx(added[key], rel=1e-2)
+            assert rival[key] == pytest.approx(added[key], rel=0.03)
         for text in (page, report):
             assert f"{name} {rival['chi2']:.4g} " in text and f"{rival['holdout_rms_error']:.3g}" in text
     present = answer["present"]
@@ -356,7 +358,7 @@ def test_a_file_in_place_of_the_folder_is_said(tmp_path, capsys, name):
 
 
 @pytest.mark.parametrize(
-    "before, after", [("30\r,20", "2"), ("30,20,\r", "2"), ("30,20\nlayer_on_incline,slip\r_angle_deg,3,2", "3")]
+    "before, after", [("30\r,20", "2"), ("30,\r20", "2"), ("30,20\nlayer_on_incline,slip\r_angle_deg,3,2", "3")]
 )
 def test_a_stray_carriage_return_is_said(tmp_path, capsys, before, after):
     study = incline(tmp_path)
