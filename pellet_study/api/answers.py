@@ -20,12 +20,14 @@ class Answer:
     Attributes
     ----------
     json : the answer as the command's `--json` writes it
+    assumed : {condition or parameter: default} of what the answer rests on and no file of the study gives
     page : the page that the command prints; `print(answer)` shows it
     study : the study that was asked, in `Refinement` with the effects that were added
     unsaid : warnings that do not stand on the page
     """
 
     table = ""  # the key whose entries are the rows of `frame`
+    assumed: dict[str, float]
 
     def __init__(self, json: dict[str, Any], page: str, study: Study, unsaid: Sequence[str] = ()):
         self.json, self.page, self.study, self.unsaid = json, page, study, tuple(unsaid)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from pellet_study.errors import InputError
 from pellet_study.rigs.catalogue import Catalogue
+from pellet_study.study.conditions import check_conditions
 from pellet_study.study.load import assembled, load
 from pellet_study.study.measurements import Measurement, read
 from pellet_study.study.study import Setting, Study
@@ -107,7 +108,9 @@ def _rows(measurements: pd.DataFrame, catalogue: Catalogue) -> tuple[Measurement
         file = Path(temporary) / "measurements"
         measurements.to_csv(file, index=False)
         try:
-            return read(file, catalogue)
+            rows = read(file, catalogue)
+            check_conditions(file, rows, catalogue)
+            return rows
         except InputError as error:
             raise InputError(str(error).replace(str(file), "measurements")) from None
 

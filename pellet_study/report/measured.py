@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from pellet_study.criticism.facts import assumed_words
 from pellet_study.output.style import label
 from pellet_study.output.words import number
 from pellet_study.report.particles import particles
@@ -22,6 +23,7 @@ class MeasuredPart:
     summary: Table
     rows: Table
     pictures: list[Picture]
+    assumed: str = ""
 
 
 def counts(study: Study) -> str:
@@ -33,7 +35,7 @@ def counts(study: Study) -> str:
 
 def measured(study: Study, folder: Path) -> MeasuredPart:
     """What was measured in a study."""
-    return MeasuredPart(summary(study), first_rows(study), particles(study, folder))
+    return MeasuredPart(summary(study), first_rows(study), particles(study, folder), assumed_words(study))
 
 
 def summary(study: Study) -> Table:
