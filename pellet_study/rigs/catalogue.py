@@ -1,6 +1,7 @@
 """Rigs and effects by name, read from what their files declare; a study's own are added in `study/user_code.py`."""
 
 import importlib
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -60,8 +61,13 @@ def declaring(folder: Path, what: str) -> list[Path]:
     return [
         file
         for file in sorted(folder.glob("*.py"))
-        if f"\n{what} = {{" in "\n" + file.read_text(encoding="utf-8", errors="replace")
+        if declares(file.read_text(encoding="utf-8", errors="replace"), what)
     ]
+
+
+def declares(text: str, what: str) -> bool:
+    """Whether a line of Python begins with `RIG =` or `EFFECT =`, a type between them or not."""
+    return re.search(rf"^{what}\s*(:[^=\n]*)?=\s*(\{{|dict\b)", text, re.MULTILINE) is not None
 
 
 @cache
