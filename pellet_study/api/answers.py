@@ -147,3 +147,22 @@ class Refinement(Answer):
 
     def _gist(self) -> str:
         return f"{self.verdict}, added {', '.join(self.added) or 'nothing'}"
+
+
+class Check(Answer):
+    """What was understood of a study, without a simulation.
+
+    Attributes
+    ----------
+    rigs : [{rig, engine, rows, observables, conditions}]
+    parameters : [{parameter, value, state, range}]; `state` is free, fixed or assumed
+    candidates : [{effect, shows, noticed_from, needs}] that the model lacks
+    advice : what would make the answers worth more
+    """
+
+    table = "candidates"
+    rigs: list[dict[str, Any]]
+    parameters: list[dict[str, Any]]
+    candidates: list[dict[str, Any]]
+    advice: list[str]
+    warnings: list[str]
