@@ -15,6 +15,7 @@ from pellet_study.rigs.catalogue import Catalogue, standard
 from pellet_study.rigs.declared import Acting, Effect, Rig
 from pellet_study.study.continuity import refuse_jumps
 from pellet_study.study.measurements import Measurement
+from pellet_study.study.scene_trials import refuse_jumps_in_scenes
 
 INERT = 1e-6  # relative change of a prediction by an effect at `absent`: what a rig's solver leaves
 
@@ -22,10 +23,16 @@ INERT = 1e-6  # relative change of a prediction by an effect at `absent`: what a
 def check_on_rows(catalogue: Catalogue, rows: Sequence[Measurement], settings: Mapping[str, float]) -> None:
     """Ask closed forms that the user's own code has a part in for a study's rows, without effects and with each at `absent`.
 
+    Effects in the scenes of bench rigs on YADE are asked for what they answer there; nothing is simulated.
+
     Raises
     ------
     InputError : a prediction fails, or an effect at `absent` changes it, jumps from there, or moves in steps
     """
+    used = [catalogue.rigs[name] for name in dict.fromkeys(row.rig for row in rows)]
+    for effect in catalogue.effects.values():
+        if effect.file and (on_yade := [rig for rig in used if rig.on_yade and rig.name in effect.rigs]):
+            refuse_jumps_in_scenes(effect, on_yade)
     for name in dict.fromkeys(row.rig for row in rows):
         rig, in_rig = catalogue.rigs[name], [row for row in rows if row.rig == name]
         effects = [effect for effect in catalogue.effects.values() if effect.file and name in effect.closed_form]

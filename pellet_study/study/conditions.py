@@ -78,11 +78,18 @@ def _equal_rows(rows: Iterable[Measurement]) -> list[str]:
         case = (row.rig, row.observable, *row.conditions.values(), *row.parameters.items())
         reading = (row.value, row.sd, row.n, row.setup, row.setup_sd, row.split, row.reason, row.order, row.note)
         groups.setdefault((*case, *reading), []).append(row.line)
-    equal = [" and ".join(map(str, lines)) for lines in groups.values() if len(lines) > 1]
+    equal = [_listed(lines) for lines in groups.values() if len(lines) > 1]
     if not equal:
         return []
-    more = f" and {len(equal) - SHOWN} more" if len(equal) > SHOWN else ""
+    more = f"; and {len(equal) - SHOWN} more groups" if len(equal) > SHOWN else ""
     return [
-        f"equal in every column: lines {', '.join(equal[:SHOWN])}{more}; each counts as a reading of its own: take out what "
+        f"equal in every column: lines {'; '.join(equal[:SHOWN])}{more}; each counts as a reading of its own: take out what "
         "was copied (an `order` column tells readings apart)"
     ]
+
+
+def _listed(lines: Sequence[int]) -> str:
+    """`2 and 6`, or `2, 6, 9 and 4 more`."""
+    if len(lines) > SHOWN:
+        return f"{', '.join(map(str, lines[:SHOWN]))} and {len(lines) - SHOWN} more"
+    return " and ".join(map(str, lines))

@@ -175,7 +175,7 @@ class _Trial:
         noise = [self._own_jump(observable, p, jump.row, at, not bare) for p in self.rig.parameters]
         noise += [self._own_jump(observable, c, jump.row, at, not bare) for c in self.rig.conditions]
         noise += [] if bare else [self._usual_jump(observable, name, jump.row)]
-        return jump.size > OVER_NOISE * max(noise)
+        return jump.size > OVER_NOISE * max(noise, default=0.0)
 
     def _own_jump(self, observable: str, varied: str, row: int, at: Mapping[str, float], present: bool = True) -> float:
         """The largest jump as one of the rig's parameters or conditions moves a little."""

@@ -8,6 +8,7 @@ from pellet_study.challenge import twins
 from pellet_study.rigs import standard
 from pellet_study.rigs.declared import Effect, Rig
 from pellet_study.study.continuity import refuse_jumps
+from pellet_study.study.scene_trials import refuse_jumps_in_scenes
 from tests.helpers.make_study import folder, slip_angle_deg
 from tests.test_bad_input import own_act
 
@@ -65,6 +66,57 @@ def test_what_jumps_or_moves_in_steps_is_refused(tmp_path, capsys, name):
     assert said.out == "" and all(word in said.err for word in ["suction.py: suction", "slip_angle_deg", *words]), (
         said.err
     )
+
+
+SEED = """
+import math
+
+EFFECT = {
+    "name": "grip", "means": "m", "formula": "f", "sides": 1, "rigs": {"slope_slip": "holds to steeper angles"},
+    "parameters": {"extra": {"absent": 0.0, "min": 0.0, "max": 1.0, "unit": "1", "meaning": "x"}},
+    "signature": "s", "source": "this test",
+}
+
+
+def friction(mu, load_n, values):
+    x = values["extra"]
+    return ACT
+
+
+SEED_SCENE = {"friction": friction}
+"""
+
+
+@pytest.mark.parametrize(
+    "act, words",
+    [
+        ("mu + x", []),
+        ("mu * (1 + x * (load_n / 1e-4) ** -0.3)", []),
+        ("mu + math.sqrt(x)", []),
+        ("mu + max(x - 0.2, 0.0)", []),
+        ("mu + (0.3 if x > 0 else 0.0)", ["where it is absent, extra = 0", "friction of slope_slip"]),
+        ("mu + (0.3 + x if x > 0.41 else x)", ["jumps at extra = 0.41"]),
+        ("mu + round(x, 3)", ["grip.py: grip", "friction of slope_slip"]),
+    ],
+)
+def test_an_effect_in_a_scene_on_yade_is_asked_too(tmp_path, capsys, act, words):
+    rows = [f"slope_slip,slip_angle_deg,{31 + k},0.5,{m}" for k, m in enumerate((0, 5, 20))]
+    path = folder(tmp_path / "s", ["rig,observable,value,sd,added_mass_mg", *rows])
+    (path / "study.toml").write_text("[parameters]\nseed_powder_static_friction = { min = 0.3, max = 0.9 }\n")
+    (path / "effects").mkdir()
+    (path / "effects" / "grip.py").write_text(SEED.replace("ACT", act))
+    assert main(["check", str(path)]) == (2 if words else 0)
+    said = capsys.readouterr().err
+    assert all(word in said for word in words), said
+
+
+def test_the_packages_effects_in_scenes_pass():
+    known = standard()
+    rigs = [rig for rig in known.rigs.values() if rig.on_yade]
+    tried = [effect for effect in known.effects.values() if "SEED_SCENE" in effect.scenes]
+    for effect in tried:
+        refuse_jumps_in_scenes(effect, [rig for rig in rigs if effect.name in known.acting(rig.name)])
+    assert len(tried) >= 8
 
 
 def conditions_of(rig: Rig, seed: int) -> dict:
