@@ -20,12 +20,14 @@ class Answer:
     Attributes
     ----------
     json : the answer as the command's `--json` writes it
+    assumed : {condition or parameter: default} of what the answer rests on and no file of the study gives
     page : the page that the command prints; `print(answer)` shows it
     study : the study that was asked, in `Refinement` with the effects that were added
     unsaid : warnings that do not stand on the page
     """
 
     table = ""  # the key whose entries are the rows of `frame`
+    assumed: dict[str, float]
 
     def __init__(self, json: dict[str, Any], page: str, study: Study, unsaid: Sequence[str] = ()):
         self.json, self.page, self.study, self.unsaid = json, page, study, tuple(unsaid)
@@ -145,3 +147,22 @@ class Refinement(Answer):
 
     def _gist(self) -> str:
         return f"{self.verdict}, added {', '.join(self.added) or 'nothing'}"
+
+
+class Check(Answer):
+    """What was understood of a study, without a simulation.
+
+    Attributes
+    ----------
+    rigs : [{rig, engine, rows, observables, conditions}]
+    parameters : [{parameter, value, state, range}]; `state` is free, fixed or assumed
+    candidates : [{effect, shows, noticed_from, needs}] that the model lacks
+    advice : what would make the answers worth more
+    """
+
+    table = "candidates"
+    rigs: list[dict[str, Any]]
+    parameters: list[dict[str, Any]]
+    candidates: list[dict[str, Any]]
+    advice: list[str]
+    warnings: list[str]

@@ -45,7 +45,7 @@ def compare(study: Study, *, write: bool = False) -> Comparison:
     """
     state = fit_study(study)
     found = compare_rows(study, state, level_out=True)
-    answer = answers.comparison(found)
+    answer = {**answers.comparison(found), "assumed": study.assumed}
     interpolation = answers.check_surface(answer, state)
     page = text.comparison_page(study, found)
     if write:
@@ -73,7 +73,7 @@ def diagnose(study: Study, *, write: bool = False) -> Diagnosis:
     """
     state = fit_study(study)
     found = examined(study, state, rank(study, state), GATE)
-    answer = {**answers.diagnosis(found), "by_level": by_level(state, found)}
+    answer = {**answers.diagnosis(found), "by_level": by_level(state, found), "assumed": study.assumed}
     page = text.diagnosis_page(study, found)
     if write:
         history.leave(folder_of(study), "diagnose", page, answer)
@@ -168,7 +168,7 @@ def refine(study: Study, *, write: bool = False) -> Refinement:
     adequate ['cohesion']
     """
     found = refine_study(study)
-    answer = answers.refinement(found)
+    answer = {**answers.refinement(found), "assumed": found.study.assumed}
     interpolation = answers.check_surface(answer, found.state)
     answer["diagnoses"][0]["by_level"] = by_level(found.first, found.diagnoses[0])
     page = text.refinement_page(study, found, answer["steps"])
@@ -179,7 +179,7 @@ def refine(study: Study, *, write: bool = False) -> Refinement:
         history.record(folder, answer["steps"])
         history.leave(folder, "refine", page, answer)
         last = text.comparison_page(found.study, found.steps[-1])
-        history.leave(folder, "compare", last, answer["steps"][-1])
+        history.leave(folder, "compare", last, {**answer["steps"][-1], "assumed": found.study.assumed})
     return Refinement(answer, page, found.study, interpolation)
 
 
@@ -198,8 +198,9 @@ def folder_of(study: Study) -> Path:
 def _both(study: Study, before: Fitted, after: Fitted, write: bool) -> Comparison:
     """The answer of `add` and `drop`: the new model, with the old one as `before`."""
     steps = [answers.comparison(before), answers.comparison(after)]
+    answer = {**steps[1], "assumed": study.assumed}
     page = text.fold([text.comparison_page(study, after), "", *text.ladder(steps)])
     if write:
         history.record(folder_of(study), steps)
-        history.leave(folder_of(study), "compare", page, steps[1])
-    return Comparison({**steps[1], "before": steps[0]}, page, study)
+        history.leave(folder_of(study), "compare", page, answer)
+    return Comparison({**answer, "before": steps[0]}, page, study)

@@ -133,7 +133,7 @@ def compare(study: Study, state: CalibratedStudy | None = None, level_out: bool 
 
 def warnings_of(state: CalibratedStudy, stuck: Sequence[str], loose: Sequence[str]) -> list[str]:
     """What to know of a fit: too few cases for it, constants at their bounds or not identified, or that act nowhere."""
-    warnings = []
+    warnings = list(state.study.remarks)
     if not state.fit.settled:
         warnings.append(
             f"the calibration did not end within {ROUNDS} rounds: its values are not the best, chi2 is too large; in study.toml "

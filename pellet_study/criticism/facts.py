@@ -10,7 +10,9 @@ from dataclasses import dataclass
 from pellet_study.criticism.verdicts import Note, Verdict
 from pellet_study.output.words import number
 from pellet_study.rigs.catalogue import Catalogue, Effect
+from pellet_study.study.study import Study
 
+MOST_ASSUMED = 6  # parameters at their defaults that are spelt out
 UNSEEN = 0.05  # adjusted p above which a candidate was not seen, so that its smallest visible size is of interest
 
 
@@ -98,6 +100,20 @@ class Step:
 def model_name(effects: Sequence[str]) -> str:
     """`base`, or `base + cohesion`."""
     return "base" + "".join(f" + {name}" for name in effects)
+
+
+def assumed_words(study: Study) -> str:
+    """`layer_on_incline: channel_width_mm 100; parameters: density 1400`: defaults that an answer rests on; `` without any."""
+    said = [
+        f"{rig}: {', '.join(f'{name} {number(value)}' for name, value in names.items())}"
+        for rig, names in study.assumed_conditions.items()
+    ]
+    parameters = study.assumed_parameters
+    if len(parameters) > MOST_ASSUMED:
+        said.append(f"{len(parameters)} parameters, from {' to '.join([*parameters][:: len(parameters) - 1])}")
+    elif parameters:
+        said.append(", ".join(f"{name} {number(value)}" for name, value in parameters.items()))
+    return "; ".join(said)
 
 
 def varying(rows: Sequence[dict]) -> dict[str, list[str]]:

@@ -30,6 +30,7 @@ def comparison_page(study: Study, compared: Comparison) -> str:
     lines = [
         f"{study.title}: {fitted} rows fitted, {len(compared.rows) - fitted} held out{left_out}; rigs {', '.join(study.rigs)}",
         f"model: {facts.model_name(compared.effects)}",
+        *assumed_lines(study),
         "",
         *fit_lines(answer),
         "",
@@ -43,6 +44,12 @@ def comparison_page(study: Study, compared: Comparison) -> str:
         *warning_lines(compared.warnings),
     ]
     return fold(lines)
+
+
+def assumed_lines(study: Study) -> list[str]:
+    """What the answer rests on that no file of the study says; nothing where everything is given."""
+    words = facts.assumed_words(study)
+    return [f"assumed: {words} (defaults, as no file of the study gives them)"] if words else []
 
 
 def graded_lines(comparison: dict) -> list[str]:
@@ -252,11 +259,12 @@ def errors_table(answer: dict) -> list[str]:
     return lines
 
 
-def diagnosis_page(study: Study, diagnosed: Diagnosis) -> str:
-    """One page: where it fails, the ranking, the answer."""
+def diagnosis_page(study: Study, diagnosed: Diagnosis, assumed: bool = True) -> str:
+    """One page: where it fails, the ranking, the answer; what is assumed on top unless that stands above it."""
     comparison = answers.comparison(diagnosed.comparison)
     lines = [
         f"{study.title}: model {facts.model_name(comparison['effects'])}",
+        *(assumed_lines(study) if assumed else []),
         *graded_lines(comparison),
         f"       is any candidate needed? p {probability(diagnosed.gate_p)} over all candidates together; one is below "
         f"{diagnosed.gate:g}",
@@ -286,7 +294,13 @@ def ladder(steps: Sequence[dict]) -> list[str]:
 def refinement_page(study: Study, refined: Refinement, steps: Sequence[dict]) -> str:
     """One page: the ladder and the last diagnosis."""
     added = ", ".join(refined.added) or "nothing"
-    lines = [f"{study.title}: added {added}; verdict {refined.verdict}", "", *ladder(steps), ""]
+    lines = [
+        f"{study.title}: added {added}; verdict {refined.verdict}",
+        *assumed_lines(refined.study),
+        "",
+        *ladder(steps),
+        "",
+    ]
     for k, diagnosis in enumerate(refined.diagnoses):
-        lines += [f"--- diagnosis {k + 1}", diagnosis_page(refined.study, diagnosis), ""]
+        lines += [f"--- diagnosis {k + 1}", diagnosis_page(refined.study, diagnosis, assumed=False), ""]
     return fold(lines).rstrip()

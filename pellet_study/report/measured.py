@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
+from pellet_study.criticism.facts import assumed_words
 from pellet_study.output.style import declared
 from pellet_study.output.words import number
 from pellet_study.report.particles import particles
@@ -24,6 +25,7 @@ class MeasuredPart:
     rows: Table
     pictures: list[Picture]
     left_out: Table | None = None
+    assumed: str = ""
 
 
 def counts(study: Study) -> str:
@@ -36,7 +38,9 @@ def counts(study: Study) -> str:
 
 def measured(study: Study, folder: Path) -> MeasuredPart:
     """What was measured in a study."""
-    return MeasuredPart(summary(study), first_rows(study), particles(study, folder), left_out=left_out(study))
+    return MeasuredPart(
+        summary(study), first_rows(study), particles(study, folder), left_out(study), assumed_words(study)
+    )
 
 
 def summary(study: Study) -> Table:

@@ -1,6 +1,7 @@
 """Rigs and effects by name, read from what their files declare; a study's own are added in `study/user_code.py`."""
 
 import importlib
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
@@ -65,7 +66,7 @@ def declaring(folder: Path, what: str) -> list[Path]:
     ------
     InputError : one of them cannot be read
     """
-    return [file for file in sorted(folder.glob("*.py")) if f"\n{what} = {{" in "\n" + _text(file)]
+    return [file for file in sorted(folder.glob("*.py")) if declares(_text(file), what)]
 
 
 def _text(file: Path) -> str:
@@ -80,6 +81,11 @@ def _text(file: Path) -> str:
     except OSError as error:
         why = f"cannot be read: {error.strerror}"
     raise InputError(f"{file}: {why}; put the file of the rig or effect there, or take this away")
+
+
+def declares(text: str, what: str) -> bool:
+    """Whether a line of Python begins with `RIG =` or `EFFECT =`, a type between them or not."""
+    return re.search(rf"^{what}\s*(:[^=\n]*)?=\s*(\{{|dict\b)", text, re.MULTILINE) is not None
 
 
 @cache

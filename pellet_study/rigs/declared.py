@@ -105,9 +105,11 @@ class Effect:
 class Rig:
     """What turns cases into observables: a formula (`predict`), or a script that runs in YADE.
 
-    `parameters`, `conditions` and `numerics` map names to {default, min, max, unit, meaning}; `observables` maps names to
-    what they mean, `units` to the units they are read in, as far as these are declared; `readable` bounds what can
-    be read of an observable. Only on YADE: `effects` maps each effect the script knows to its parameters with the value
+    `parameters`, `conditions` and `numerics` map names to {default, min, max, unit, meaning}; a condition is usual from
+    `min` to `max` and may also have `limits`, what the rig can simulate (default: ten times beyond), and `required`, true
+    where it has to be given; a parameter must lie from `min` to `max` and may have a `physical` range, where it usually
+    does. `observables` maps names to what they mean, `units` to the units they are read in, as far as these are declared;
+    `readable` bounds what can be read of an observable. Only on YADE: `effects` maps each effect the script knows to its parameters with the value
     that means absent; `random` rigs scatter over the seed, and `seeds` of them make a mean; in `paired` ones the same
     seed ends nearly alike in nearly the same case; `extra` are files of effects beyond the rig's own, which it can take
     where `takes_effects` is true.
@@ -208,6 +210,8 @@ def rig_from(module: ModuleType, file: Path) -> Rig:
             raise InputError(f"{file}: {name} lacks {', '.join(absent)}")
         if not quantity["min"] <= quantity["default"] <= quantity["max"]:
             raise InputError(f"{file}: {name}: expected min <= default <= max, got {quantity}")
+        for key in ("limits", "physical"):
+            _check_range(file, name, quantity, key)
     readable = {o: READABLE[o] for o in declared["observables"] if o in READABLE} | declared.get("readable", {})
     of_all = {key: declared[key] for key in OF_EVERY_RIG} | {"observables": _meanings(declared["observables"])}
     rig = Rig(**of_all, units=_units(file, declared["observables"]), file=file, readable=readable)
@@ -243,6 +247,24 @@ def _units(file: Path, observables: Mapping[str, Any]) -> dict[str, str]:
                 )
             found[name] = given["unit"]
     return found
+
+
+def _check_range(file: Path, name: str, quantity: Mapping, key: str) -> None:
+    """Refuse a second range of a quantity that is none: `limits` holds the first, `physical` lies inside it."""
+    if key not in quantity:
+        return
+    try:
+        low, high = map(float, quantity[key])
+    except (TypeError, ValueError):
+        raise InputError(f"{file}: {name}: {key}: expected (low, high), got {quantity[key]!r}") from None
+    inner, outer = (low, high), (quantity["min"], quantity["max"])
+    if key == "limits":
+        inner, outer = outer, inner
+    if not outer[0] <= inner[0] <= inner[1] <= outer[1]:
+        way = "min and max inside them" if key == "limits" else "a range inside min and max"
+        raise InputError(
+            f"{file}: {name}: {key} {low:g} to {high:g}: expected {way}, {quantity['min']:g} to {quantity['max']:g}"
+        )
 
 
 def _refuse_clash(rig: Rig) -> Rig:

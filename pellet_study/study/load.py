@@ -2,17 +2,21 @@
 
 import tomllib
 from collections.abc import Collection, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from pellet_study.errors import InputError
 from pellet_study.output.words import nearest
 from pellet_study.rigs.catalogue import Catalogue
+from pellet_study.rigs.declared import Effect
 from pellet_study.study.checked_code import check_on_rows
+from pellet_study.study.conditions import check_conditions, remarks
 from pellet_study.study.measurements import Measurement, read
+from pellet_study.study.ranges import refuse_beyond, unusual_parameter
 from pellet_study.study.study import SCALINGS, Setting, Study, check, settings
 from pellet_study.study.user_code import catalogue_of
-from pellet_study.study.values import choice, limits, setting, table, text
+from pellet_study.study.values import choice, setting, table, text
 from pellet_study.tables.rows import STRAY, stray_return
 
 KEYS = (
@@ -33,7 +37,7 @@ CONTACT_LAWS = (
     "cohesive_frictional_local_damping",
     "cohesive_frictional_restitution",
 )
-EFFORT = (0.5, 100.0)  # simulations of the rigs on YADE, as a multiple of the least that answers
+EFFORT = {"min": 0.5, "max": 100.0}  # simulations of the rigs on YADE, as a multiple of the least that answers
 
 
 def load(folder: Path, library: Path | None = None) -> Study:
@@ -54,7 +58,9 @@ def load(folder: Path, library: Path | None = None) -> Study:
     given = _toml_in(file)
     refuse_unknown(given, file)
     everything = catalogue_of(folder, library)
-    rows = read(_inside(folder, file, text(file, given, "measurements", "measurements.csv")), everything)
+    measurements = _inside(folder, file, text(file, given, "measurements", "measurements.csv"))
+    rows = read(measurements, everything)
+    check_conditions(measurements, rows, everything)
     return assembled(given, rows, everything, file, folder, library)
 
 
@@ -104,7 +110,9 @@ def assembled(
     )
     check(study, f"{file}: ")
     check_on_rows(catalogue, rows, {name: given.value for name, given in study.parameters.items()})
-    return study
+    fixed = {name: given.value for name, given in study.parameters.items() if not given.free}
+    of_effects = [words for name, given in study.effects.items() for words in _unusual(catalogue.effects[name], given)]
+    return replace(study, remarks=(*remarks(rows, catalogue, fixed), *of_effects))
 
 
 def _parted(file: Path | str, rows: tuple[Measurement, ...]) -> tuple[tuple[Measurement, ...], tuple[Measurement, ...]]:
@@ -152,7 +160,7 @@ def _parameters(file: Path | str, given: Mapping, catalogue: Catalogue, rigs: Co
     for name, value in given.items():
         if name not in known:
             raise InputError(f"{file}: parameters: {name!r} is unknown in {', '.join(rigs)}{nearest(name, of_rigs)}")
-        found[name] = setting(f"{file}: parameters: {name}", value, limits(known[name]))
+        found[name] = setting(f"{file}: parameters: {name}", value, known[name])
     return found
 
 
@@ -167,8 +175,14 @@ def _effects(file: Path | str, given: Mapping, catalogue: Catalogue) -> dict[str
                 raise InputError(f"{file}: effects: {name}: {key!r} is unknown{nearest(key, effect.parameters)}")
         found[name] = settings(effect, {})
         for key, value in values.items():
-            found[name][key] = setting(f"{file}: effects: {name}: {key}", value, limits(effect.parameters[key]))
+            found[name][key] = setting(f"{file}: effects: {name}: {key}", value, effect.parameters[key])
     return found
+
+
+def _unusual(effect: Effect, given: Mapping[str, Setting]) -> list[str]:
+    """What to say of an effect's fixed values beyond their physical range."""
+    words = [unusual_parameter(name, effect.parameters[name], [s.value]) for name, s in given.items() if not s.free]
+    return [f"{effect.name}: {said}" for said in words if said]
 
 
 def _candidates(file: Path | str, given: Any, catalogue: Catalogue) -> tuple[str, ...] | None:
@@ -199,4 +213,6 @@ def _possible(file: Path | str, given: Mapping, catalogue: Catalogue) -> dict[st
             found[name][condition] = low, level.value if level.high is None else level.high
             if rig.conditions[condition].get("positive") and low <= 0:
                 raise InputError(f"{where}: expected more than 0")
+            for end in found[name][condition]:
+                refuse_beyond(f"{file}: possible.{name}", condition, end, rig.conditions[condition])
     return found

@@ -9,6 +9,7 @@ from pellet_study.errors import InputError
 from pellet_study.output.words import nearest
 from pellet_study.rigs.catalogue import Catalogue
 from pellet_study.rigs.declared import Rig
+from pellet_study.study.ranges import other_unit
 from pellet_study.tables import rows
 from pellet_study.tables.numbers import BLANKS, number
 
@@ -209,7 +210,8 @@ class _Rows:
                 known[name] = _number(where, name, text, decimal=self.decimal)
                 low, high = rig.parameters[name]["min"], rig.parameters[name]["max"]
                 if not low <= known[name] <= high:
-                    raise InputError(f"{where}: {name} {text!r}: expected a value from {low:g} to {high:g}")
+                    hint = other_unit(rig.parameters[name], (known[name],))
+                    raise InputError(f"{where}: {name} {text!r}: expected a value from {low:g} to {high:g}{hint}")
             else:
                 kind = "condition" if name in self.conditions else "parameter"
                 raise InputError(

@@ -34,7 +34,8 @@ class Study:
     `candidates` is None where any effect that acts in the rigs may be considered; `possible` maps a rig to
     {condition: (min, max)} of what could be measured next; `effort` multiplies the number of simulations; `library` is
     the folder of shared effects and rigs that it was loaded with. `left_out` are rows of split `leave_out`, each with
-    its reason: they are shown and used for nothing, so that `rows` does not have them.
+    its reason: they are shown and used for nothing, so that `rows` does not have them. `remarks` are what to know of
+    the rows and values before anything is computed.
     """
 
     title: str
@@ -50,6 +51,7 @@ class Study:
     folder: Path | None = None
     library: Path | None = None
     left_out: tuple[Measurement, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     @property
     def rigs(self) -> tuple[str, ...]:
@@ -66,6 +68,46 @@ class Study:
         for effect in self.catalogue.effects.values():
             found |= {f"{effect.name}.{name}": q["unit"] for name, q in effect.parameters.items() if q.get("unit")}
         return found
+
+    @property
+    def assumed_conditions(self) -> dict[str, dict[str, float]]:
+        """{rig: {condition: default}} of the conditions that no row of a rig gives."""
+        found: dict[str, dict[str, float]] = {}
+        for row in self.rows:
+            if row.rig not in found:
+                found[row.rig] = {name: row.conditions[name] for name in row.assumed}
+        return {rig: names for rig, names in found.items() if names}
+
+    @property
+    def assumed_parameters(self) -> dict[str, float]:
+        """Parameters of the rigs used that neither study.toml nor every row gives, with their defaults.
+
+        One that means nothing without an effect, where that effect is absent, is none of them.
+        """
+        meaningless = {
+            name for e in self.catalogue.effects.values() if e.name not in self.effects for name in e.owns
+        } | set(self.parameters)
+        found: dict[str, float] = {}
+        for rig in self.rigs:
+            known = {id(row.parameters): row.parameters for row in self.rows if row.rig == rig}.values()
+            for name, quantity in self.catalogue.rigs[rig].parameters.items():
+                if name not in meaningless and not all(name in given for given in known):
+                    found[name] = float(quantity["default"])
+        return found
+
+    @property
+    def assumed(self) -> dict[str, float]:
+        """{condition or parameter: default} of all that no file of the study says.
+
+        A condition that two rigs have with different defaults is called `rig.condition`.
+        """
+        found: dict[str, float] = {}
+        by_rig = self.assumed_conditions
+        for rig, names in by_rig.items():
+            for name, value in names.items():
+                alike = all(other.get(name, value) == value for other in by_rig.values())
+                found[name if alike else f"{rig}.{name}"] = value
+        return {**found, **self.assumed_parameters}
 
     def acting(self) -> list[str]:
         """Effects that act in the rigs used."""

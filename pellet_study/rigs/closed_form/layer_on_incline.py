@@ -52,6 +52,7 @@ RIG = {
             "default": 100.0,
             "min": 10.0,
             "max": 1000.0,
+            "limits": (1.0, 1e12),  # as wide as one likes: no side walls
             "positive": True,
             "unit": "mm",
             "meaning": "width between side walls, W",
