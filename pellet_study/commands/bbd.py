@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from pellet_study.commands.arguments import write_figures
 from pellet_study.commands.design_tables import (
     add_making_arguments,
     add_table_arguments,
@@ -238,12 +239,22 @@ def _figures(arguments, surface, found) -> list[str]:
     from pellet_study.doe import figures
     from pellet_study.doe.labels import degraded
 
-    warn(degraded(surface.table.names, str(surface.table.response.name)))
-    drawn = {
-        "response_surface": figures.surface_contours(surface, found, arguments.unit),
-        "predicted_observed": figures.predicted_observed(surface, arguments.unit),
-    }
-    if surface.saturated:
-        drawn["half_normal"] = figures.half_normal(surface.scaled_effects, surface.lenth, names=surface.table.names)
-    with writing(arguments.figures):
-        return [str(path) for path in figures.save(drawn, arguments.figures)]
+    table, unit = surface.table, arguments.unit
+    warn(degraded(table.names, str(table.response.name)))
+
+    def draw() -> dict:
+        drawn = {"predicted_observed": figures.predicted_observed(surface, unit)}
+        if len(table.names) > 1:
+            drawn |= {
+                "response_surface": figures.surface_contours(surface, found, unit),
+                "surface_3d": figures.surface_3d(surface, found, unit),
+                "interactions": figures.interactions(surface, found, unit),
+            }
+        drawn["perturbation"] = figures.perturbation(surface, found, unit)
+        if surface.model.mean_square_error:
+            drawn["residuals"] = figures.residual_plots(table, surface.model, surface.runs, unit, arguments.alpha)
+        if surface.saturated:
+            drawn["half_normal"] = figures.half_normal(surface.scaled_effects, surface.lenth, names=table.names)
+        return drawn
+
+    return [str(path) for path in write_figures(arguments, draw)]

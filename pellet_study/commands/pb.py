@@ -4,6 +4,7 @@ import argparse
 import shlex
 from pathlib import Path
 
+from pellet_study.commands.arguments import write_figures
 from pellet_study.commands.design_tables import (
     add_making_arguments,
     add_table_arguments,
@@ -11,7 +12,6 @@ from pellet_study.commands.design_tables import (
     kept,
     warn,
     write_design,
-    writing,
 )
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say
@@ -83,7 +83,7 @@ def run(arguments: argparse.Namespace) -> dict:
     climb = _climb(arguments, screening)
     if climb:
         warnings += climb_cautions(climb, screening)
-    turning = _turning(arguments, table, warnings, ignore_runs)
+    runs, turning = _turning(arguments, table, warnings, ignore_runs)
     say(text.screening_text(screening))
     if climb:
         say("\n" + text.climb_text(climb))
@@ -93,7 +93,7 @@ def run(arguments: argparse.Namespace) -> dict:
         answer["turning"] = answers.turning_answer(turning)
     warn(warnings)
     if arguments.figures:
-        answer["figures"] = _figures(arguments, screening, climb)
+        answer["figures"] = _figures(arguments, screening, climb, runs, turning)
     done(kept(arguments), _next(screening))
     return answer
 
@@ -166,9 +166,9 @@ def _climb(arguments, screening):
 
 
 def _turning(arguments, table, warnings: list[str], ignore: list[list[str]]):
-    """Where the runs made on the path turned, if any were given."""
+    """The runs made on the path and where they turned, if any were given."""
     if arguments.climb_runs is None:
-        return None
+        return None, None
     from pellet_study.doe import steepest_climb
     from pellet_study.doe.path_table import read_path
 
@@ -176,21 +176,34 @@ def _turning(arguments, table, warnings: list[str], ignore: list[list[str]]):
     warnings += notes
     units = {factor.name: factor.unit for factor in table.factors}
     ascend = not (arguments.descend or arguments.lowest)
-    return steepest_climb.turning(runs, arguments.target, ascend, units)
+    return runs, steepest_climb.turning(runs, arguments.target, ascend, units)
 
 
-def _figures(arguments, screening, climb) -> list[str]:
+def _figures(arguments, screening, climb, runs, turning) -> list[str]:
     from pellet_study.doe import figures
+    from pellet_study.doe.box_behnken import diagnostics
     from pellet_study.doe.labels import degraded
 
-    warn(degraded(screening.table.names))
-    drawn = {
-        "pareto": figures.pareto(screening, arguments.unit),
-        "half_normal": figures.half_normal(
-            screening.effects, screening.lenth, arguments.unit, screening.noise_contrasts, screening.table.names
-        ),
-    }
-    if climb is not None:
-        drawn["climb"] = figures.climb_path(climb, arguments.unit, arguments.target, screening.table.names)
-    with writing(arguments.figures):
-        return [str(path) for path in figures.save(drawn, arguments.figures)]
+    table, unit = screening.table, arguments.unit
+    warn(degraded(table.names, str(table.response.name)))
+
+    def draw() -> dict:
+        drawn = {
+            "pareto": figures.pareto(screening, unit),
+            "half_normal": figures.half_normal(
+                screening.effects, screening.lenth, unit, screening.noise_contrasts, table.names
+            ),
+        }
+        if len(table.names) > 1:
+            drawn["interactions"] = figures.observed_interactions(screening, unit)
+        if screening.model.mean_square_error:
+            model = screening.model
+            drawn["residuals"] = figures.residual_plots(table, model, diagnostics(model), unit, arguments.alpha)
+        if climb is not None:
+            on_it = runs if runs is not None and {f.name for f in climb.factors} <= set(runs.columns) else None
+            drawn["climb"] = figures.climb_path(climb, unit, arguments.target, table.names, on_it, turning)
+        if turning is not None:
+            drawn["path"] = figures.path_runs(runs, turning, table.factors, unit, arguments.target, table.names)
+        return drawn
+
+    return [str(path) for path in write_figures(arguments, draw)]

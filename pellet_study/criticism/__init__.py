@@ -2,7 +2,8 @@
 
 verdicts, scatter < cell_means < least_squares < calibration < lack_of_fit, score_tests < constancy, intervals < residuals
 < holdout < compare < signatures < rivals < explanations, ranking, possible, predictions < next_measurement < diagnose
-< by_level, refine, facts < answers < text, figures
+< by_level, refine, facts, curves < answers < text
+< figures/readings < figures/errors, figures/explanations
 """
 
 from pellet_study.criticism.calibration import CalibratedStudy, fit_study

@@ -1,6 +1,6 @@
 """The machine-readable form of each answer."""
 
-import math
+import statistics
 from dataclasses import asdict
 
 from pellet_study.criticism.calibration import CalibratedStudy, surface_error
@@ -63,13 +63,16 @@ def check_surface(answer: dict, state: CalibratedStudy) -> list[str]:
 
 
 def noise_floor(compared: Comparison) -> float | None:
-    """The rms error that the scatter of the readings alone gives, in the unit of `rms_error`; None where unknown."""
+    """What scatter alone leaves of a row, in the unit of `rms_error`: the median standard uncertainty; None where unknown.
+
+    The median, as the mean square is ruled by a single imprecise row.
+    """
     if any(r.z is None for r in compared.rows):
         return None
     if len({r.row.observable for r in compared.rows}) > 1:
         return 1.0
-    squares = [(r.residual / r.z) ** 2 for r in compared.rows if r.z]
-    return math.sqrt(sum(squares) / len(squares)) if squares else None
+    known = [abs(r.residual / r.z) for r in compared.rows if r.z]
+    return statistics.median(known) if known else None
 
 
 def tied(names: tuple[tuple[str, ...], ...]) -> list:
