@@ -18,7 +18,14 @@ STEP = re.compile(
     r"|```console\n(?P<console>.*?)```",
     re.DOTALL,
 )
-WALKS = ("designs", "calibrate_your_own_powder", "find_the_missing_effect", "add_a_rig_and_an_effect", "audit_a_paper")
+WALKS = (
+    "designs",
+    "design_tables",
+    "calibrate_your_own_powder",
+    "find_the_missing_effect",
+    "add_a_rig_and_an_effect",
+    "audit_a_paper",
+)
 
 
 def photographs() -> None:
