@@ -2,6 +2,7 @@
 
 import argparse
 from collections.abc import Callable
+from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -69,6 +70,16 @@ def _width_mm(text: str) -> float:
         raise argparse.ArgumentTypeError(f"{text!r}: expected single, double or a number of mm, such as 85") from None
 
 
+def look_of(arguments: argparse.Namespace) -> AbstractContextManager[None]:
+    """Within it figures are made and saved as the arguments say.
+
+    Raises
+    ------
+    InputError : no page has the width asked for
+    """
+    return style.column(arguments.width, arguments.format)
+
+
 def check_look(arguments: argparse.Namespace) -> None:
     """A format and a width are of figures that are asked for, and a page has that width.
 
@@ -78,7 +89,7 @@ def check_look(arguments: argparse.Namespace) -> None:
     """
     if arguments.figures is None and (arguments.format is not None or arguments.width is not None):
         raise InputError("--format and --width are of figures: give --figures too")
-    with style.column(arguments.width):
+    with look_of(arguments):
         pass
 
 
@@ -92,10 +103,10 @@ def write_figures(arguments: argparse.Namespace, draw: Callable[[], "dict[str, F
     if arguments.figures is None:
         return []
     folder = arguments.figures if arguments.figures != Path() else arguments.study / "figures"
-    with style.column(arguments.width):
+    with look_of(arguments):
         drawn = draw()
         try:
-            return style.save_all(drawn, folder, arguments.format or style.FORMATS[0])
+            return style.save_all(drawn, folder)
         except OSError as error:
             raise InputError(
                 f"cannot write {folder}: {error.strerror or error}; give a place that can be written to"

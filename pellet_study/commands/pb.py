@@ -270,10 +270,10 @@ def _figures(own, one: Screened, prefix: str) -> list[str]:
             ),
         }
         if len(table.names) > 1:
-            drawn["interactions"] = figures.observed_interactions(screening, unit)
+            drawn["screening_interactions"] = figures.observed_interactions(screening, unit)
         if screening.model.mean_square_error:
             model = screening.model
-            drawn["residuals"] = figures.residual_plots(table, model, diagnostics(model), unit, own.alpha)
+            drawn["screening_residuals"] = figures.residual_plots(table, model, diagnostics(model), unit, own.alpha)
         if climb is not None:
             on_it = runs if runs is not None and {f.name for f in climb.factors} <= set(runs.columns) else None
             drawn["climb"] = figures.climb_path(climb, unit, own.target, table.names, on_it, turning)

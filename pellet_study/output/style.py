@@ -64,6 +64,7 @@ NARROWEST, WIDEST = 40.0, 400.0
 MM_PER_INCH = 25.4
 PANEL = 2.1  # inches, below which a panel's labels do not fit
 _width_mm: ContextVar[float | None] = ContextVar("width_mm", default=None)
+_ending: ContextVar[str | None] = ContextVar("ending", default=None)
 UNITS = {
     "mm": "mm",
     "um": "µm",
@@ -117,8 +118,9 @@ def look_of(effects: Sequence[str], known: Sequence[str] = ()) -> Look:
 
 
 @contextmanager
-def column(width_mm: float | None) -> Iterator[None]:
-    """Figures made within are that wide, with a journal's letters; None: as on a screen.
+def column(width_mm: float | None, ending: str | None = None) -> Iterator[None]:
+    """Figures made within are that wide, with a journal's letters; None: as on a screen. They are saved in that format whatever
+    the ending of their names; None: as these say.
 
     Raises
     ------
@@ -129,11 +131,12 @@ def column(width_mm: float | None) -> Iterator[None]:
             f"a figure {width_mm:g} mm wide was asked for: expected {NARROWEST:g} to {WIDEST:g} mm, such as "
             f"{' or '.join(f'{mm:g} ({name} column)' for name, mm in COLUMNS.items())}"
         )
-    token = _width_mm.set(width_mm)
+    width, form = _width_mm.set(width_mm), _ending.set(ending or _ending.get())
     try:
         yield
     finally:
-        _width_mm.reset(token)
+        _width_mm.reset(width)
+        _ending.reset(form)
 
 
 def styled(draw: Callable[..., Any]) -> Callable[..., Any]:
@@ -279,7 +282,12 @@ def unit_in_words(unit: str) -> str:
 
 @styled
 def save(figure: Any, file: Path) -> Path:
-    """Write a figure in the format that its name ends with (png, svg, pdf), the same bytes for the same content."""
+    """Write a figure in the format that its name ends with, or `column` says; the same bytes for the same content.
+
+    Returns the path, which ends as the format does.
+    """
+    if (ending := _ending.get()) is not None:
+        file = file.with_suffix(f".{ending}")
     metadata: dict[str, dict[str, None]] = {
         ".png": {"Software": None},
         ".svg": {"Date": None, "Creator": None},
@@ -290,9 +298,9 @@ def save(figure: Any, file: Path) -> Path:
     return file
 
 
-def save_all(figures: dict[str, Any], folder: Path, ending: str = "png") -> list[Path]:
+def save_all(figures: dict[str, Any], folder: Path) -> list[Path]:
     """Write {name: figure} as files of one format; returns their paths."""
-    return [save(figure, folder / f"{name}.{ending}") for name, figure in figures.items()]
+    return [save(figure, folder / f"{name}.png") for name, figure in figures.items()]
 
 
 @styled

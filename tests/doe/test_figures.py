@@ -233,5 +233,6 @@ def test_the_commands_write_them_in_the_format_asked_for(tmp_path, ending):
     )
     status, answer = command("pb", tmp_path / "screening.csv", *words, json_file=tmp_path / "p.json")
     assert {Path(name).name for name in answer["figures"]} == {
-        f"{name}.png" for name in ("pareto", "half_normal", "interactions", "residuals", "climb", "path")
+        f"{name}.png"
+        for name in ("pareto", "half_normal", "screening_interactions", "screening_residuals", "climb", "path")
     }

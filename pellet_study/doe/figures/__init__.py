@@ -31,6 +31,6 @@ __all__ = [
 ]
 
 
-def save(figures: dict, folder: Path, ending: str = "png") -> list[Path]:
+def save(figures: dict, folder: Path) -> list[Path]:
     """Write {name: figure} as files of one format without a date in them; returns the paths."""
-    return style.save_all(figures, folder, ending)
+    return style.save_all(figures, folder)
