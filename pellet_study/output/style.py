@@ -176,6 +176,14 @@ def page_size(width: float, height: float) -> tuple[float, float]:
     )
 
 
+def room_for(figure: Any, ax: Any = None, panels: int = 1) -> float:
+    """Width that a panel of a figure has with the labels beside it, inches; of given axes that of the first and an inch."""
+    if ax is None:
+        return figure.get_figwidth() / panels_in_a_line(panels)
+    first = ax.flat[0] if hasattr(ax, "flat") else ax[0] if isinstance(ax, list | tuple) else ax
+    return first.get_position().width * figure.get_figwidth() + 1.0
+
+
 def panels_in_a_line(count: int, most: int = 3) -> int:
     """How many panels stand beside each other: no more than a journal's column has room for."""
     asked = _width_mm.get()

@@ -114,14 +114,15 @@ def readings(
     curves = [c for part in told for c in part.get("curves", []) if _same_rows(c, comparison)]
     if not curves:
         return []
-    panels = [panel for panel in curves[0]["panels"]]
+    panels = curves[0]["panels"]
     held = any(row["split"] == "holdout" for row in comparison["rows"])
+    repeated = any(len(set(panel["levels"])) < len(panel["levels"]) for panel in panels)
     known = any(u is not None for panel in panels for u in panel["uncertainties"])
     caption = (
         "Points: the readings of measurements.csv"
         + (", those held out from the fit open" if held else "")
         + (", with ± 2 standard uncertainties" if known else "")
-        + "; those of one level stand side by side. "
+        + ("; those of one level stand side by side. " if repeated else ". ")
         + "; ".join(dict.fromkeys(DRAWN[panel["drawn"]] for panel in panels))
         + ". The other conditions stand above each panel."
     )

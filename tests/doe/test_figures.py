@@ -14,6 +14,7 @@ from pellet_study.doe.design_table import code_design, read_design
 from pellet_study.doe.importance import importance, important_pairs
 from pellet_study.doe.optimum import target_set
 from pellet_study.doe.path_table import read_path
+from pellet_study.errors import InputError
 from pellet_study.output import style
 from tests.helpers.make_study import command
 from tests.helpers.pictures import assert_readable
@@ -236,3 +237,22 @@ def test_the_commands_write_them_in_the_format_asked_for(tmp_path, ending):
         f"{name}.png"
         for name in ("pareto", "half_normal", "screening_interactions", "screening_residuals", "climb", "path")
     }
+
+
+def test_they_are_drawn_on_axes_of_ones_own(surface):
+    from matplotlib.figure import Figure
+
+    for draw, projections in (
+        (figures.surface_3d, ["3d", None] * 3),
+        (figures.surface_contours, [None] * 3),
+        (figures.interactions, [None] * 3),
+        (figures.perturbation, [None]),
+        (figures.predicted_observed, [None]),
+    ):
+        own = Figure(figsize=(8, 8), layout="constrained")
+        grid = [own.add_subplot(4, 2, k, projection=kind) for k, kind in enumerate(projections, start=1)]
+        spare = own.add_subplot(4, 2, 8)
+        assert draw(surface, ax=grid if len(grid) > 1 else grid[0]) is own
+        assert all(axes.has_data() for axes in grid) and not spare.has_data() and not own.legends
+    with pytest.raises(InputError, match="6 panels, got 1"):
+        figures.surface_3d(surface, ax=spare)

@@ -69,7 +69,8 @@ def ladder(
             "tied: each alone", (len(steps) - 0.5, 1), (4, -2), xycoords=("data", "axes fraction"), textcoords="offset points",
             va="top", fontsize="small",
         )  # fmt: skip
-    _name_models(figure, axes, models, last["effects"], len(steps), effects)
+    letters = look.letters_in((look.room_for(figure, ax) - 1.0) / len(models), 0.9)
+    _name_models(axes, models, last["effects"], len(steps), effects, letters)
     axes.set_ylim(0, (1.2 if tied else 1.12) * top or 1.0)
     axes.set_xlabel("model")
     unit = look.unit_in_words(last.get("rms_error_unit", "-"))
@@ -89,10 +90,9 @@ def _kind(k: int) -> dict[str, Any]:
 
 
 def _name_models(
-    figure: Any, axes: Any, models: Sequence[Sequence[str]], last: Sequence[str], steps: int, effects: Sequence[str]
+    axes: Any, models: Sequence[Sequence[str]], last: Sequence[str], steps: int, effects: Sequence[str], letters: int
 ) -> None:
     """The models under the axis, each in its effect's colour; of the tied ones what each adds to the last step."""
-    letters = look.letters_in((figure.get_figwidth() - 1.0) / len(models), 0.9)
     names = []
     for place, model in enumerate(models):
         added = model[len(last) :] if place >= steps else model
@@ -121,7 +121,7 @@ def residuals(steps: Sequence[dict], effects: Sequence[str] = (), ax: "Axes | No
     known = all(r["z"] is not None for s in shown for r in s["rows"])
     panels = _panels(shown[0]["rows"])
     figure, grid = look.new_panels(len(panels), (3.4, 2.7), (4.6, 0.6), ax=ax, sharey=known)
-    inches = figure.get_figwidth() / look.panels_in_a_line(len(panels)) - 0.6
+    inches = look.room_for(figure, ax, len(panels)) - 0.6
     drawn = {}
     for axes, (rig, condition) in zip(grid, panels, strict=True):
         if known:
@@ -166,7 +166,7 @@ def predictions(
     """
     pairs = list(dict.fromkeys((r["rig"], r["observable"]) for r in rows))
     figure, grid = look.new_panels(len(pairs), (3.1, 2.9), (4.2, 0.4), ax=ax)
-    letters = look.letters_in(min(figure.get_figwidth() / look.panels_in_a_line(len(pairs)), 3.4) - 1.3)
+    letters = look.letters_in(min(look.room_for(figure, ax, len(pairs)), 3.4) - 1.3)
     colour = look.look_of(model, effects).colour
     drawn: dict[str, Any] = {}
     for axes, (rig, observable) in zip(grid, pairs, strict=True):

@@ -58,7 +58,7 @@ def ranking(diagnosis: dict, effects: Sequence[str] = (), ax: "Axes | None" = No
     from matplotlib.ticker import MaxNLocator
 
     suspects = diagnosis["ranking"][::-1]
-    inches = look.page_size(6.2, 1.0)[0] if ax is None else ax.figure.get_figwidth()
+    inches = look.page_size(6.2, 1.0)[0] if ax is None else look.room_for(ax.figure, ax)
     letters = look.letters_in(0.27 * inches, 0.83)
     names = [look.folded(s["effect"], letters) for s in suspects]
     sizes = [look.folded(_size(s), letters) for s in suspects]
@@ -119,7 +119,7 @@ def constants(levels: dict, effects: Sequence[str] = (), ax: "Axes | None" = Non
     for name, values in levels["rivals"].items():
         drawn_as = _look(name, levels["rivals"], effects)
         axes.plot(levels["levels"], values, linestyle=drawn_as.dash, color=drawn_as.colour, label=f"with {name}")
-    letters = look.letters_in(figure.get_figwidth() - 1.0)
+    letters = look.letters_in(look.room_for(figure, ax) - 1.0)
     axes.set_xlabel(look.folded(label(levels["condition"]), letters))
     axes.set_ylabel(look.folded(label(levels["parameter"]), look.letters_in(figure.get_figheight() - 1.6)))
     axes.set_title(look.folded(levels["rig"], letters))
@@ -143,10 +143,10 @@ def next_measurement(proposal: dict, effects: Sequence[str] = (), ax: "Axes | No
             proposal["predictions"][name], k, xerr=2 * proposal["uncertainties"][name], fmt=drawn_as.marker,
             color=drawn_as.colour, capsize=3,
         )  # fmt: skip
-    letters = look.letters_in(0.3 * figure.get_figwidth(), 0.9)
+    letters = look.letters_in(0.3 * look.room_for(figure, ax), 0.9)
     axes.set_yticks(range(len(names)), [look.folded(name, letters) for name in names])
     axes.set_ylim(-0.6, len(names) - 0.4)
-    letters = look.letters_in(0.62 * figure.get_figwidth())
+    letters = look.letters_in(0.62 * look.room_for(figure, ax))
     where = ", ".join(f"{label(name)} {value:.4g}" for name, value in proposal["conditions"].items())
     axes.set_title(look.folded(f"{proposal['rig']}: {where}", letters), fontsize="small")
     axes.set_xlabel(look.folded(f"predicted {label(proposal['observable'])}, ± 2 standard uncertainties", letters))

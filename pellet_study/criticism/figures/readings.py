@@ -40,7 +40,7 @@ def readings(
     panels = next(iter(models.values()))["panels"]
     width = ALONE if len(panels) == 1 else WIDTH
     figure, grid = look.new_panels(len(panels), (width, HEIGHT), (ALONE, 0.8), ax=ax)
-    inches = figure.get_figwidth() / (len({axes.get_subplotspec().colspan.start for axes in grid}) if ax is None else 1)
+    inches = look.room_for(figure, ax, len(panels))
     drawn: dict[str, Any] = {}
     for k, (axes, panel) in enumerate(zip(grid, panels, strict=True)):
         for m, (names, model) in enumerate(models.items()):

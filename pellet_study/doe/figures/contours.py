@@ -10,15 +10,24 @@ from pellet_study.doe.figures.sections import where_words
 from pellet_study.doe.importance import important_pairs
 from pellet_study.doe.labels import LONG, drawable, folded, letter
 from pellet_study.doe.optimum import TargetSet
-from pellet_study.output.style import legend_below, letters_in, new_axes, page_size, panels_in_a_line, styled
+from pellet_study.errors import InputError
+from pellet_study.output.style import (
+    legend_below,
+    letters_in,
+    new_panels,
+    page_size,
+    panels_in_a_line,
+    room_for,
+    styled,
+)
 
 
 @styled
-def surface_contours(surface: Surface, found: TargetSet | None = None, unit: str = "", shown=None):
+def surface_contours(surface: Surface, found: TargetSet | None = None, unit: str = "", shown=None, ax=None):
     """The response over every pair of factors, the others at the recommended point (else at the centre).
 
     With a target its contour is drawn, and the band of its uncertainty hatched. `shown` picks pairs of places among the
-    factors; the colours are those of all pairs, so that figures of some can stand side by side.
+    factors; the colours are those of all pairs, so that figures of some can stand side by side. `ax` are as many axes as pairs.
     """
     from matplotlib.ticker import MaxNLocator
 
@@ -27,12 +36,11 @@ def surface_contours(surface: Surface, found: TargetSet | None = None, unit: str
     shown = pairs if shown is None else list(shown)
     rest = found.coded if found is not None else np.zeros(len(factors))
     columns = panels_in_a_line(len(shown))
-    rows = -(-len(shown) // columns)
-    figure, grid = new_axes(3.9 * columns + 0.8, 3.9 * rows, nrows=rows, ncols=columns, squeeze=False)
-    letters = letters_in((figure.get_figwidth() - 0.8) / columns - 0.7)
+    figure, grid = new_panels(len(shown), (3.9 + 0.8 / columns, 3.9), (4.7, 0.0), ax=ax)
+    letters = letters_in(room_for(figure, ax, len(shown)) - 0.7 - 0.8 / columns)
     planes = [_plane(surface, pair, rest) for pair in pairs]
     levels = MaxNLocator(12).tick_values(min(z.min() for *_, z in planes), max(z.max() for *_, z in planes))
-    for axes, pair in zip(grid.flat, shown, strict=False):
+    for axes, pair in zip(grid, shown, strict=True):
         x, y, z = planes[pairs.index(pair)]
         colours = axes.contourf(x, y, z, levels=levels, cmap="cividis")
         axes.contour(x, y, z, levels=levels, colors="white", linewidths=0.4, alpha=0.6)
@@ -42,15 +50,13 @@ def surface_contours(surface: Surface, found: TargetSet | None = None, unit: str
         axes.set_ylabel(folded(name(factors[pair[1]].label), letters))
         axes.set_title(folded(where_words(factors, rest, name, pair, found), letters), fontsize="medium")
         axes.xaxis.set_major_locator(MaxNLocator(5))
-    for axes in grid.flat[len(shown) :]:
-        axes.set_visible(False)
     figure.colorbar(
         colours,
         ax=grid,
         label=folded(name(with_unit(str(surface.table.response.name), unit)), letters_in(0.7 * figure.get_figheight())),
     )
     drawn = [planes[pairs.index(pair)][2] for pair in shown]
-    _surface_legend(figure, found, unit, min(z.min() for z in drawn), max(z.max() for z in drawn))
+    _surface_legend(figure, found, unit, min(z.min() for z in drawn), max(z.max() for z in drawn), ax)
     return figure
 
 
@@ -97,7 +103,7 @@ def _draw_runs(axes, surface: Surface, pair, rest, found: TargetSet | None) -> N
         axes.plot(*point, "*", color="white", markeredgecolor="black", markersize=15, zorder=6, clip_on=False)
 
 
-def _surface_legend(figure, found: TargetSet | None, unit: str, lowest: float, highest: float) -> None:
+def _surface_legend(figure, found: TargetSet | None, unit: str, lowest: float, highest: float, ax=None) -> None:
     """The legend of panes that show responses from lowest to highest: of what is drawn in them only."""
     from matplotlib.lines import Line2D
     from matplotlib.patches import Patch
@@ -128,41 +134,34 @@ def _surface_legend(figure, found: TargetSet | None, unit: str, lowest: float, h
                 label="recommended" if found.reachable else f"nearest to {found.target:g} {unit}".strip(),
             )
         )
-    legend_below(figure, handles, [handle.get_label() for handle in handles], columns=len(handles))
+    legend_below(figure, handles, [handle.get_label() for handle in handles], columns=len(handles), ax=ax)
 
 
 @styled
-def surface_3d(surface: Surface, found: TargetSet | None = None, unit: str = "", pairs=None):
+def surface_3d(surface: Surface, found: TargetSet | None = None, unit: str = "", pairs=None, ax=None):
     """The surface in 3-D beside its labelled contours, for each pair of the three most important factors.
 
     The others are at the recommended setting, else at the centre; the star is that setting. `pairs` are other pairs of places
-    among the factors.
+    among the factors. `ax` are two axes for each pair, of which the first is one of projection "3d".
     """
-    from matplotlib.backends.backend_agg import FigureCanvasAgg
-    from matplotlib.figure import Figure
     from matplotlib.ticker import MaxNLocator
 
     table = surface.table
     name = drawable(table.names, str(table.response.name))
     pairs = important_pairs(surface.model) if pairs is None else list(pairs)
     rest = found.coded if found is not None else np.zeros(len(table.factors))
-    width, height = page_size(8.4, 3.7)
-    columns = 2 if width > 5 else 1
-    lines = len(pairs) * (3 - columns)
-    figure = Figure(figsize=(width, height * lines + 0.4), layout="constrained")
-    FigureCanvasAgg(figure)
-    letters = letters_in(width / columns - 1.1)
-    response = folded(name(with_unit(str(table.response.name), unit)), letters_in(width / columns - 0.8, 0.83))
+    figure, grid, inches = _solids_and_flats(len(pairs), ax)
+    letters = letters_in(inches - 1.1)
+    response = folded(name(with_unit(str(table.response.name), unit)), letters_in(inches - 0.8, 0.83))
     planes = [_plane(surface, pair, rest) for pair in pairs]
     levels = MaxNLocator(9).tick_values(min(z.min() for *_, z in planes), max(z.max() for *_, z in planes))
-    for k, (pair, (x, y, z)) in enumerate(zip(pairs, planes, strict=True)):
+    for solid, flat, pair, (x, y, z) in zip(grid[::2], grid[1::2], pairs, planes, strict=True):
         labels = [name(table.factors[i].label) for i in pair]
         tags = list(labels)
         if max(map(len, labels)) > LONG:  # the edges of a solid have room for a letter
             tags = [letter(i) for i in pair]
             labels = [f"{tag}: {label}" for tag, label in zip(tags, labels, strict=True)]
         labels = [folded(label, letters) for label in labels]
-        solid = figure.add_subplot(lines, columns, columns * k + 1 if columns == 2 else 2 * k + 1, projection="3d")
         solid.plot_surface(x, y, z, cmap="cividis", vmin=levels[0], vmax=levels[-1], rcount=25, ccount=25, linewidth=0.2,
                            edgecolor=(1, 1, 1, 0.4))  # fmt: skip
         solid.set(xlabel=tags[0], ylabel=tags[1])
@@ -172,7 +171,6 @@ def surface_3d(surface: Surface, found: TargetSet | None = None, unit: str = "",
         solid.set_box_aspect(None, zoom=0.95)
         for axis in (solid.xaxis, solid.yaxis, solid.zaxis):
             axis.set_major_locator(MaxNLocator(4))
-        flat = figure.add_subplot(lines, columns, columns * k + 2 if columns == 2 else 2 * k + 2)
         flat.contourf(x, y, z, levels=levels, cmap="cividis", alpha=0.35)
         drawn = flat.contour(x, y, z, levels=levels, colors="black", linewidths=0.7)
         flat.clabel(drawn, fontsize="small", fmt="%g")
@@ -181,6 +179,28 @@ def surface_3d(surface: Surface, found: TargetSet | None = None, unit: str = "",
         flat.set(xlabel=labels[0], ylabel=labels[1])
         flat.xaxis.set_major_locator(MaxNLocator(5))
         others = where_words(table.factors, rest, name, pair, found)
-        flat.set_title(folded(others, letters_in(width / columns - 0.8, 0.83)), fontsize="small")
-    _surface_legend(figure, found, unit, min(z.min() for *_, z in planes), max(z.max() for *_, z in planes))
+        flat.set_title(folded(others, letters_in(inches - 0.8, 0.83)), fontsize="small")
+    _surface_legend(figure, found, unit, min(z.min() for *_, z in planes), max(z.max() for *_, z in planes), ax)
     return figure
+
+
+def _solids_and_flats(pairs: int, ax):
+    """A figure, its axes, a solid and a flat one for each pair, and the inches of width of one; in a column below each other."""
+    from matplotlib.backends.backend_agg import FigureCanvasAgg
+    from matplotlib.figure import Figure
+
+    if ax is not None:
+        given = list(np.ravel(ax))
+        if len(given) != 2 * pairs:
+            raise InputError(
+                f"ax: this figure has {2 * pairs} panels, got {len(given)} axes; give a list of {2 * pairs}"
+            )
+        return given[0].figure, given, room_for(given[0].figure, given)
+    width, height = page_size(8.4, 3.7)
+    columns = 2 if width > 5 else 1
+    lines = 2 * pairs // columns
+    figure = Figure(figsize=(width, height * lines + 0.4), layout="constrained")
+    FigureCanvasAgg(figure)
+    projections = ("3d", None) * pairs
+    grid = [figure.add_subplot(lines, columns, k, projection=kind) for k, kind in enumerate(projections, start=1)]
+    return figure, grid, width / columns

@@ -10,7 +10,7 @@ from pellet_study.doe.joint_set import JointSet
 from pellet_study.doe.labels import drawable, folded
 from pellet_study.doe.overlay import Overlay, overlay
 from pellet_study.output import style
-from pellet_study.output.style import letters_in, new_panels, panels_in_a_line, styled
+from pellet_study.output.style import letters_in, new_panels, room_for, styled
 
 MOST = 3  # factors whose pairs are drawn
 ALL_MET, NOT_MET = "#FFF3B0", "#E4E4E4"
@@ -37,7 +37,7 @@ def overlaid_regions(joint: JointSet, units: dict[str, str] | None = None, ax=No
     shown = drawable([*names, *responses])
     pairs = list(combinations(most_important(joint), 2))
     figure, grid = new_panels(len(pairs), (3.5, 3.5), (5.4, 0.9), ax=ax)
-    letters = letters_in(figure.get_figwidth() / panels_in_a_line(len(pairs)) - 0.9)
+    letters = letters_in(room_for(figure, ax, len(pairs)) - 0.9)
     missed = False
     for axes, (first, second) in zip(grid, pairs, strict=True):
         plane = overlay(joint, first, second)

@@ -8,7 +8,7 @@ from pellet_study.doe.factors import with_unit
 from pellet_study.doe.labels import drawable, folded
 from pellet_study.doe.linear_model import LinearFit
 from pellet_study.output import style
-from pellet_study.output.style import letters_in, new_axes, new_panels, panels_in_a_line, styled
+from pellet_study.output.style import letters_in, new_axes, new_panels, room_for, styled
 
 
 @styled
@@ -50,7 +50,7 @@ def residual_plots(table: DesignTable, model: LinearFit, runs: Runs, unit: str =
     centre = (np.abs(table.coded.to_numpy(dtype=float)) < 0.05).all(axis=1)
     ordered = table.order is not None
     figure, grid = new_panels(2 + ordered, (3.3, 3.0), (5.0, 0.7), ax=ax)
-    letters = letters_in(figure.get_figwidth() / panels_in_a_line(len(grid)) - 0.9)
+    letters = letters_in(room_for(figure, ax, len(grid)) - 0.9)
     response = str(table.response.name)
     sideways = [(name(with_unit(f"fitted {response}", unit)), runs.fitted)]
     sideways += [(f"order of the runs ({name(table.order.name)})", table.order.to_numpy())] if ordered else []

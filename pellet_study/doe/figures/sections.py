@@ -12,7 +12,7 @@ from pellet_study.doe.linear_model import LinearFit
 from pellet_study.doe.optimum import TargetSet
 from pellet_study.doe.plackett_burman import Screening
 from pellet_study.output import style
-from pellet_study.output.style import letters_in, new_axes, new_panels, panels_in_a_line, styled
+from pellet_study.output.style import letters_in, new_axes, new_panels, panels_in_a_line, room_for, styled
 
 POINTS = 41
 MOST = 3  # factors whose pairs are drawn
@@ -47,7 +47,7 @@ def interactions(surface: Surface, found: TargetSet | None = None, unit: str = "
     rest = found.coded if found is not None else np.zeros(len(table.factors))
     pairs = important_pairs(model, MOST)
     figure, grid = new_panels(len(pairs), (3.3, 3.2), (5.0, 0.8), ax=ax, sharey=True)
-    letters = letters_in(figure.get_figwidth() / panels_in_a_line(len(pairs)) - 0.9)
+    letters = letters_in(room_for(figure, ax, len(pairs)) - 0.9)
     line = np.linspace(-1, 1, POINTS)
     for axes, (i, j) in zip(grid, pairs, strict=True):
         first, second = table.factors[i], table.factors[j]
@@ -66,10 +66,7 @@ def interactions(surface: Surface, found: TargetSet | None = None, unit: str = "
         p = surface.p.get(product) if product else None
         said = "no product of the two in the model" if product is None else f"product: p {_p(p)}"
         others = where_words(table.factors, rest, name, (i, j), found)
-        lines = [
-            folded(text, letters_in(figure.get_figwidth() / panels_in_a_line(len(pairs)) - 0.9, 0.83))
-            for text in (said, others)
-        ]
+        lines = [folded(text, letters_in(room_for(figure, ax, len(pairs)) - 0.9, 0.83)) for text in (said, others)]
         axes.set_title("\n".join(text for text in lines if text), fontsize="small")
         axes.set_xlabel(folded(name(first.label), letters))
         axes.xaxis.set_major_locator(MaxNLocator(4))
@@ -106,7 +103,7 @@ def observed_interactions(screening: Screening, unit: str = "", ax=None):
     pairs = list(combinations(ranked, 2))
     coded, response = table.coded.to_numpy(dtype=float), table.response.to_numpy(dtype=float)
     figure, grid = new_panels(len(pairs), (3.3, 3.0), (5.0, 0.8), ax=ax, sharey=True)
-    letters = letters_in(figure.get_figwidth() / panels_in_a_line(len(pairs)) - 0.9)
+    letters = letters_in(room_for(figure, ax, len(pairs)) - 0.9)
     for axes, (i, j) in zip(grid, pairs, strict=True):
         first, second = table.factors[i], table.factors[j]
         for end, dash, colour, marker in ENDS:
