@@ -79,6 +79,7 @@ class Comparison(Answer):
     fits : does the model fit? None where the data cannot say
     where : constants that would have to drift, the worst first
     rows : [{rig, observable, conditions, value, predicted, residual, z, split}]
+    curves : [{effects, panels}] of the model, and of the one without effects: what `draw(answer, "readings")` draws
     """
 
     table = "rows"

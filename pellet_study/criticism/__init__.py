@@ -2,7 +2,8 @@
 
 verdicts, scatter < cell_means < least_squares < calibration < lack_of_fit, score_tests < constancy, intervals
 < grades, residuals < holdout < compare < signatures < rivals < explanations, ranking, possible, predictions, outcomes
-< next_measurement < diagnose < by_level, robustness < refine, facts, understood < fit_facts < answers < text, figures
+< next_measurement < diagnose < by_level, robustness < refine, facts, understood, curves < fit_facts < answers < text
+< figures/readings < figures/errors, figures/explanations
 """
 
 from pellet_study.criticism.calibration import CalibratedStudy, fit_study

@@ -1,6 +1,7 @@
 """The machine-readable form of each answer."""
 
-import math
+import statistics
+from collections.abc import Mapping
 from dataclasses import asdict
 
 from pellet_study.criticism.calibration import CalibratedStudy, surface_error
@@ -43,7 +44,7 @@ def comparison(compared: Comparison) -> dict:
         "where": [{**asdict(d), "words": drift_words(d)} for d in compared.drifts],
         "needed_setup_percent": compared.needed_setup_percent,
         "units": compared.units,
-        "rows": [row_of(r) for r in compared.rows],
+        "rows": [row_of(r, compared.units) for r in compared.rows],
         "left_out": [
             {
                 "rig": row.rig,
@@ -70,7 +71,7 @@ def grade(compared: Comparison) -> dict:
     }
 
 
-def row_of(r: RowResidual) -> dict:
+def row_of(r: RowResidual, units: Mapping[str, str]) -> dict:
     """A row beside its prediction, with every column of the file that the fit uses."""
     row = r.row
     return {
@@ -88,6 +89,7 @@ def row_of(r: RowResidual) -> dict:
         "setup_sd": row.setup_sd,
         "parameters": dict(row.parameters),
         "uncertainty": r.uncertainty,
+        "units": {name: units[name] for name in (row.observable, *row.conditions) if name in units},
     }
 
 
@@ -104,13 +106,16 @@ def check_surface(answer: dict, state: CalibratedStudy) -> list[str]:
 
 
 def noise_floor(compared: Comparison) -> float | None:
-    """The rms error that the scatter of the readings alone gives, in the unit of `rms_error`; None where unknown."""
+    """What scatter alone leaves of a row, in the unit of `rms_error`: the median standard uncertainty; None where unknown.
+
+    The median, as the mean square is ruled by a single imprecise row.
+    """
     if any(r.uncertainty is None for r in compared.rows):
         return None
     if len({r.row.observable for r in compared.rows}) > 1:
         return 1.0
-    squares = [r.uncertainty**2 for r in compared.rows if r.uncertainty]
-    return math.sqrt(sum(squares) / len(squares)) if squares else None
+    known = [r.uncertainty for r in compared.rows if r.uncertainty]
+    return statistics.median(known) if known else None
 
 
 def tied(names: tuple[tuple[str, ...], ...]) -> list:
@@ -118,9 +123,12 @@ def tied(names: tuple[tuple[str, ...], ...]) -> list:
     return [n[0] if len(n) == 1 else list(n) for n in names]
 
 
-def proposal(proposed: NextMeasurement | None) -> dict | None:
-    """The next measurement."""
-    return None if proposed is None else asdict(proposed)
+def proposal(proposed: NextMeasurement | None, units: Mapping[str, str]) -> dict | None:
+    """The next measurement, with the units of its conditions and its observable."""
+    if proposed is None:
+        return None
+    names = (proposed.observable, *proposed.conditions)
+    return {**asdict(proposed), "units": {name: units[name] for name in names if name in units}}
 
 
 def outcome(found: Outcome) -> dict:
@@ -149,7 +157,11 @@ def nearest_miss(diagnosed: Diagnosis) -> dict | None:
     if diagnosed.miss is None:
         return None
     worst = max(diagnosed.miss.rows, key=lambda r: abs(r.residual if r.z is None else r.z))
-    return {**outcome(diagnosed.miss), "refused": diagnosed.miss.refused, "worst_row": row_of(worst)}
+    return {
+        **outcome(diagnosed.miss),
+        "refused": diagnosed.miss.refused,
+        "worst_row": row_of(worst, diagnosed.comparison.units),
+    }
 
 
 def diagnosis(diagnosed: Diagnosis) -> dict:
@@ -169,14 +181,14 @@ def diagnosis(diagnosed: Diagnosis) -> dict:
         "present": present(compared),
         "rivals": [outcome(found) for found in diagnosed.outcomes],
         "nearest_miss": nearest_miss(diagnosed),
-        "worst_row": row_of(max(compared.rows, key=lambda r: abs(r.residual if r.z is None else r.z))),
+        "worst_row": row_of(max(compared.rows, key=lambda r: abs(r.residual if r.z is None else r.z)), compared.units),
         "holdout_p": compared.holdout_p,
         "holdout_contradicts": compared.holdout_contradicts,
         "holdout_limit_p": HELD_OUT_FAILS,
         "fitted_too": None if too is None else {**asdict(too), "effects": tied(too.effects)},
         "undone": None if undone is None else {**asdict(undone), "effects": tied(undone.effects)},
         "undone_tested": diagnosed.undone_tested,
-        "next_measurement": proposal(diagnosed.next_measurement),
+        "next_measurement": proposal(diagnosed.next_measurement, compared.units),
         "alike_but_implausible": list(diagnosed.alike_but_implausible),
         "gate_p": diagnosed.gate_p,
         "gate_limit_p": diagnosed.gate,
@@ -209,6 +221,8 @@ def refinement(refined: Refinement) -> dict:
         **{name: diagnoses[-1][name] for name in last},
         "steps": [comparison(c) for c in refined.steps],
         "diagnoses": diagnoses,
-        "next_measurement": proposal(refined.last.next_measurement or refined.diagnoses[0].next_measurement),
+        "next_measurement": proposal(
+            refined.last.next_measurement or refined.diagnoses[0].next_measurement, refined.steps[-1].units
+        ),
         "warnings": list(dict.fromkeys(w for d in refined.diagnoses for w in d.warnings)),
     }

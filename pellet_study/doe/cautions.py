@@ -52,6 +52,23 @@ def surface_cautions(surface: Surface) -> list[str]:
     return found
 
 
+def selection_cautions(selected: Surface) -> list[str]:
+    """What speaks against a model that AICc selected."""
+    found = []
+    if len(selected.model.terms) == 1:
+        found.append(
+            f"--select left no term: with {len(selected.model.response)} runs AICc holds none worth its price, and the "
+            "selected model is the mean of all runs, which no setting changes; predict with the full model (without "
+            "--select), or run more"
+        )
+    if selected.lack_of_fit_p is not None and selected.lack_of_fit_p < selected.alpha:
+        found.append(
+            f"the lack of fit of the selected model is significant ({p_in_words(selected.lack_of_fit_p)}): --select left out "
+            "what acts; use the full model (without --select) or --reduce, which leaves out by p values"
+        )
+    return found
+
+
 def _worse_than_mean(analysis: Screening | Surface, advice: str) -> list[str]:
     if analysis.r2_predicted is None or analysis.r2_predicted >= 0:
         return []

@@ -252,12 +252,13 @@ def _checks_text(surface: Surface) -> str:
     if surface.normality:
         lines.append(f"residuals: Shapiro-Wilk W {number(surface.normality[0])}, p {probability(surface.normality[1])}")
     if surface.box_cox:
-        lines.append(_box_cox_text(surface.box_cox))
+        lines.append(box_cox_text(surface.box_cox))
     lines.append("VIF " + ", ".join(f"{name} {value:.3f}" for name, value in surface.vif.items()))
     return "\n".join(lines)
 
 
-def _box_cox_text(found: BoxCox) -> str:
+def box_cox_text(found: BoxCox) -> str:
+    """The power that the likelihood favours, and whether a transformation is indicated."""
     if found.beyond is not None:
         return (
             f"Box-Cox power beyond {found.beyond:g}: no power transformation helps; look for single runs that the model "

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from pellet_study.criticism import facts, figures, fit_facts
+from pellet_study.criticism.curves import CURVE, LEVELS, ROWS
 from pellet_study.criticism.facts import Candidate, Size
 from pellet_study.criticism.grades import RULE
 from pellet_study.criticism.verdicts import Note, Verdict
@@ -15,6 +16,11 @@ from pellet_study.report.parts import Picture, Table, picture, table
 from pellet_study.rigs.catalogue import Effect
 from pellet_study.study.study import Study
 
+DRAWN = {
+    CURVE: "Lines: what each calibrated model predicts",
+    LEVELS: "Dots, joined: what each calibrated model predicts, simulated at the measured levels only",
+    ROWS: "Dashes and crosses: what each calibrated model predicts for the row",
+}
 MOST_WORST = 8  # rows of the table of those predicted worst
 
 
@@ -76,8 +82,10 @@ def fit_sentence(comparison: dict[str, Any]) -> str:
     )
 
 
-def model(comparison: dict[str, Any]) -> ModelPart:
-    """The model that was compared."""
+def model(
+    study: Study, comparison: dict[str, Any], steps: Sequence[dict[str, Any]], diagnoses: Sequence[dict[str, Any]]
+) -> ModelPart:
+    """The model that was compared, with the models before it and those that the last diagnosis names."""
     rows = []
     units = comparison.get("units") or {}
     for constant in fit_facts.constants(comparison):
@@ -88,37 +96,80 @@ def model(comparison: dict[str, Any]) -> ModelPart:
         fit=f"Model: {facts.model_name(comparison['effects'])}. {fit_sentence(comparison)} Rule: {RULE}.",
         parameters=table(("constant", "unit", "value", "95 % interval", "remark"), rows, (2, 3)),
         pictures=[
+            *readings(study, comparison, steps, diagnoses),
             picture(
-                figures.predictions(comparison["rows"]),
+                figures.predictions(comparison["rows"], comparison["effects"], study.acting()),
                 "predicted against measured values, a panel for each observable",
-                "Each point a row of measurements.csv; on the line, prediction and measurement are equal.",
-            )
+                f"Each point a row of measurements.csv, predicted by {facts.model_name(comparison['effects'])}; on the line, "
+                "prediction and measurement are equal."
+                + (" Bars: ± 2 standard uncertainties of the row." if any(r["z"] for r in comparison["rows"]) else ""),
+            ),
         ],
     )
 
 
-def fails(steps: Sequence[dict[str, Any]], diagnoses: Sequence[dict[str, Any]]) -> FailsPart:
+def readings(
+    study: Study, comparison: dict[str, Any], steps: Sequence[dict[str, Any]], diagnoses: Sequence[dict[str, Any]]
+) -> list[Picture]:
+    """The readings and the models through them; none where an older version left no curves."""
+    told = [*steps, comparison, *diagnoses[-1:]]
+    curves = [c for part in told for c in part.get("curves", []) if _same_rows(c, comparison)]
+    if not curves:
+        return []
+    panels = curves[0]["panels"]
+    held = any(row["split"] == "holdout" for row in comparison["rows"])
+    repeated = any(len(set(panel["levels"])) < len(panel["levels"]) for panel in panels)
+    known = any(u is not None for panel in panels for u in panel["uncertainties"])
+    caption = (
+        "Points: the readings of measurements.csv"
+        + (", those held out from the fit open" if held else "")
+        + (", with ± 2 standard uncertainties" if known else "")
+        + ("; those of one level stand side by side. " if repeated else ". ")
+        + "; ".join(dict.fromkeys(DRAWN[panel["drawn"]] for panel in panels))
+        + ". The other conditions stand above each panel."
+    )
+    figure = figures.readings(comparison["rows"], curves, study.acting())
+    return [picture(figure, "readings against the condition, and each model through them", caption)]
+
+
+def _same_rows(curves: dict[str, Any], comparison: dict[str, Any]) -> bool:
+    """Whether curves are of as many rows, rig by rig, as a comparison has now."""
+    rows = comparison["rows"]
+    places = [(k, panel) for panel in curves["panels"] for k in panel["rows"]]
+    return len(places) == len(rows) and all(
+        k < len(rows) and rows[k]["rig"] == panel["rig"] and rows[k]["observable"] == panel["observable"]
+        for k, panel in places
+    )
+
+
+def fails(study: Study, steps: Sequence[dict[str, Any]], diagnoses: Sequence[dict[str, Any]]) -> FailsPart:
     """Where the models fail, of one comparison or more, the first and the last in words."""
     words = []
     for step in dict.fromkeys((0, len(steps) - 1)):
         failing = "; ".join(fit_facts.where_words(steps[step]))
         words.append(f"Model {facts.model_name(steps[step]['effects'])}: {failing}.")
+    known = all(row["z"] is not None for step in (steps[0], steps[-1]) for row in step["rows"])
+    scale, band = (
+        ", over the standard uncertainty of the row",
+        "In the band the scatter of the readings explains it. ",
+    )
     pictures = [
         picture(
-            figures.residuals(steps),
-            "residual over its uncertainty against every condition",
-            "Measured minus predicted, over the standard uncertainty of the row. In the band the scatter of the readings "
-            "explains it. A model that lacks nothing scatters about 0 without a trend.",
+            figures.residuals(steps, study.acting()),
+            "residual against every condition",
+            f"Measured minus predicted{scale if known else ''}. {band if known else ''}"
+            "A model that lacks nothing scatters about 0 without a trend.",
         )
     ]
     drawn = next((d["by_level"] for d in diagnoses if d.get("by_level")), None)
     if drawn:
         pictures.append(
             picture(
-                figures.constants(drawn),
+                figures.constants(drawn, study.acting()),
                 f"{drawn['parameter']} refitted at each level of {drawn['condition']}",
                 "A constant of nature does not change with a condition of the test. Points: what each level alone would "
-                "make of it. Lines: what a missing effect would make of it.",
+                "make of it, ± 2 standard errors."
+                + (" Lines: what a missing effect would make of it." if drawn["rivals"] else ""),
             )
         )
     return FailsPart(words, pictures, worst_rows(steps[-1]))
@@ -178,10 +229,9 @@ def missing(study: Study, diagnosis: dict[str, Any]) -> MissingPart:
     if any(candidate.chi2_drop > 1 for candidate in candidates):
         pictures.append(
             picture(
-                figures.ranking(diagnosis),
+                figures.ranking(diagnosis, study.acting()),
                 "candidate effects ranked by the drop of chi²",
-                "How much each candidate improves the fit. Everything that reaches into the band explains as well as the "
-                "best: a tie, and then nothing is added. Hatched bars would need a size no material has.",
+                _ranking_caption(diagnosis),
             )
         )
     limit = diagnosis.get("gate_limit_p")
@@ -195,6 +245,25 @@ def missing(study: Study, diagnosis: dict[str, Any]) -> MissingPart:
         pictures=pictures,
         ranking=ranking(candidates) if candidates else None,
     )
+
+
+def _ranking_caption(diagnosis: dict[str, Any]) -> str:
+    """How to read the ranking: of the bars that are drawn."""
+    kinds = {figures.standing(diagnosis, suspect) for suspect in diagnosis["ranking"]}
+    words = ["How much each candidate improves the fit."]
+    if kinds & {figures.MISSING, figures.TIED}:
+        words.append(
+            "Coloured bars explain the data; what explains them and reaches into the band would be tied with the best."
+        )
+    if figures.TIED in kinds:
+        words.append("Several do: a tie, and nothing is added.")
+    if figures.EXPLAINS in kinds:
+        words.append("Dotted bars explain them too, but less well.")
+    if figures.IMPLAUSIBLE in kinds:
+        words.append("Hatched bars would need a size no material has.")
+    if figures.REFUSED in kinds:
+        words.append("Grey bars improve the fit and leave a misfit all the same.")
+    return " ".join(words)
 
 
 def ranking(candidates: Sequence[Candidate]) -> Table:
@@ -234,7 +303,7 @@ def remark(candidate: Candidate) -> str:
     return words
 
 
-def ladder(steps: Sequence[dict[str, Any]]) -> LadderPart:
+def ladder(study: Study, steps: Sequence[dict[str, Any]], diagnoses: Sequence[dict[str, Any]]) -> LadderPart:
     """The error falling step by step."""
     rows = [
         [
@@ -250,13 +319,14 @@ def ladder(steps: Sequence[dict[str, Any]]) -> LadderPart:
         for step in facts.ladder(steps)
     ]
     unit = style.unit_in_words(steps[-1]["rms_error_unit"])
+    last = [d for d in diagnoses[-1:] if d["effects"] == steps[-1]["effects"]]
+    tied = [rival for diagnosis in last for rival in figures.tied_errors(diagnosis)]
     return LadderPart(
         pictures=[
             picture(
-                figures.ladder(steps),
-                "rms error after each step, fitted and held out, above the noise floor",
-                "The error of each model on the rows it was fitted to and on rows it has not seen. Below the noise floor "
-                "a model would only follow the scatter of the readings.",
+                figures.ladder(steps, tied, study.acting()),
+                "rms error after each step",
+                _ladder_caption(steps, bool(tied)),
             )
         ],
         steps=table(
@@ -290,6 +360,21 @@ def errors(diagnosis: dict[str, Any]) -> Table | None:
     return table(head, rows, range(1, 7), caption)
 
 
+def _ladder_caption(steps: Sequence[dict[str, Any]], tied: bool) -> str:
+    """How to read the ladder: of the curves that are drawn."""
+    unseen = any(s["holdout_rms_error"] is not None or s.get("level_out_rms_error") for s in steps)
+    words = [
+        "The error of each model on the rows it was fitted to" + (" and on rows it has not seen." if unseen else ".")
+    ]
+    if steps[-1].get("noise_floor") is not None:
+        words.append(
+            "In the band, below the median uncertainty of a row, a model would only follow the scatter of the readings."
+        )
+    if tied:
+        words.append("Right of the line: what each of the tied explanations alone would make of it.")
+    return " ".join(words)
+
+
 def next_measurement(study: Study, diagnoses: Sequence[dict[str, Any]]) -> NextPart | None:
     """The measurement that the last diagnosis which has one proposes."""
     proposing = next((d for d in reversed(diagnoses) if d["next_measurement"]), None)
@@ -307,7 +392,7 @@ def next_measurement(study: Study, diagnoses: Sequence[dict[str, Any]]) -> NextP
         f"The two best differ there by {proposal.separation:.1f} standard uncertainties.",
         pictures=[
             picture(
-                figures.next_measurement(proposing["next_measurement"]),
+                figures.next_measurement(proposing["next_measurement"], study.acting()),
                 "what each explanation predicts for the proposed measurement",
                 "One such reading tells the explanations apart that these data leave alike.",
             )

@@ -73,6 +73,26 @@ def test_it_tells_what_was_found(refined):
     assert text.count("<img") >= 5
 
 
+def test_the_first_picture_is_of_the_readings_and_captions_speak_of_what_is_drawn(refined, tmp_path):
+    text = text_of(refined)
+    assert re.findall(r'<img [^>]*alt="([^"]*)"', text)[0].startswith("readings against the condition")
+    captions = re.findall(r"<figcaption[^>]*>(.*?)</figcaption>", text, re.DOTALL)
+    assert "those of one level stand side by side" in captions[0] and "held out" not in captions[0]
+    (ladder,) = [caption for caption in captions if caption.startswith("The error of each model")]
+    assert "tied" not in ladder and "median uncertainty" in ladder
+    (ranked,) = [caption for caption in captions if caption.startswith("How much each candidate")][:1]
+    told = json.loads((refined / "refine.json").read_text())["diagnoses"][0]["ranking"]
+    assert ("no material has" in ranked) == any(s["note"] == "implausible size" for s in told)
+    older = tmp_path / "older"
+    shutil.copytree(refined, older)
+    for file in ("compare", "refine", "history"):
+        answer = json.loads((older / f"{file}.json").read_text())
+        for part in (answer, *answer.get("steps", []), *answer.get("diagnoses", [])):
+            part.pop("curves", None)
+        (older / f"{file}.json").write_text(json.dumps(answer))
+    assert "readings against the condition" not in text_of(older)
+
+
 def test_nothing_is_loaded_from_elsewhere(refined, bench):
     for study in (refined, bench):
         for target in re.findall(r'(?:src|href)="([^"]*)"', text_of(study)):
