@@ -76,7 +76,9 @@ class Comparison(Answer):
     parameters, intervals : {name: value}, {name: [low, high]} (95 %), in the parameters' units
     chi2, dof, lack_of_fit_p : of the rows fitted; None where neither sd nor replicates tell the scatter
     rms_error, holdout_rms_error, rms_error_unit : unweighted, in the observable's unit, or in standard uncertainties
-    fits : does the model fit? None where the data cannot say
+    fits : does the model fit? None where the data cannot say; a doubtful fit is one
+    fit : {grade, by, p, rule}: fits, doubtful or does not fit, the test that decides, its p, and the rule
+    holdout_p, holdout_contradicts : of the rows held out together; True where they refute the model
     where : constants that would have to drift, the worst first
     rows : [{rig, observable, conditions, value, predicted, residual, z, split}]
     curves : [{effects, panels}] of the model, and of the one without effects: what `draw(answer, "readings")` draws
@@ -92,6 +94,9 @@ class Comparison(Answer):
     holdout_rms_error: float | None
     rms_error_unit: str
     fits: bool | None
+    fit: dict[str, Any]
+    holdout_p: float | None
+    holdout_contradicts: bool
     where: list[dict[str, Any]]
     rows: list[dict[str, Any]]
     warnings: list[str]
@@ -108,6 +113,11 @@ class Diagnosis(Answer):
     verdict : adequate, missing, tied or unexplained
     missing, tied : names of effects; a pair of effects in `tied` is a list
     ranking : [{effect, score, p, p_adjusted, chi2_drop, value, ...}], the best first
+    rivals : what each explanation named would do to the error, [{effects, chi2, rms_error, holdout_rms_error, ...}]
+    nearest_miss : where nothing explains: what comes nearest, and why it is refused
+    holdout_contradicts, fitted_too : whether the rows held out refute the model, and which of them, fitted too, would let an
+        effect be named
+    undone : the set-up scatter, up to one standard error of a mean, that would undo the verdict, or None
     next_measurement : {rig, observable, conditions, predictions, uncertainties} that would tell rivals apart, or None
     """
 
@@ -116,6 +126,11 @@ class Diagnosis(Answer):
     missing: list[str]
     tied: list[Any]
     ranking: list[dict[str, Any]]
+    rivals: list[dict[str, Any]]
+    nearest_miss: dict[str, Any] | None
+    holdout_contradicts: bool
+    fitted_too: dict[str, Any] | None
+    undone: dict[str, Any] | None
     next_measurement: dict[str, Any] | None
     warnings: list[str]
 
@@ -131,7 +146,7 @@ class Refinement(Answer):
     verdict : of the last step
     added, tied : names of effects
     steps : comparisons, `steps[0]` of the model as it came
-    next_measurement : as in `Diagnosis`
+    rivals, nearest_miss, holdout_contradicts, fitted_too, undone, next_measurement : of the last step, as in `Diagnosis`
     """
 
     table = "steps"
@@ -139,6 +154,11 @@ class Refinement(Answer):
     added: list[str]
     tied: list[Any]
     steps: list[dict[str, Any]]
+    rivals: list[dict[str, Any]]
+    nearest_miss: dict[str, Any] | None
+    holdout_contradicts: bool
+    fitted_too: dict[str, Any] | None
+    undone: dict[str, Any] | None
     next_measurement: dict[str, Any] | None
     warnings: list[str]
 
