@@ -60,9 +60,10 @@ class Study:
 
     @property
     def units(self) -> dict[str, str]:
-        """Units as declared: of the rigs' parameters, conditions and observables, and of effects as `effect.parameter`."""
+        """Units as declared: of parameters, conditions and observables of the rigs used and of those possible, and of effects as
+        `effect.parameter`."""
         found: dict[str, str] = {}
-        for rig in (self.catalogue.rigs[name] for name in self.rigs):
+        for rig in (self.catalogue.rigs[name] for name in (*(self.possible or {}), *self.rigs)):
             declared = {**rig.parameters, **rig.conditions}
             found |= {name: q["unit"] for name, q in declared.items() if q.get("unit")} | dict(rig.units)
         for effect in self.catalogue.effects.values():
