@@ -6,6 +6,7 @@ import pytest
 
 from pellet_study.__main__ import main
 from pellet_study.study.load import load
+from pellet_study.study.ranges import unusual
 from tests.helpers.make_study import command
 
 RIG = """
@@ -170,6 +171,22 @@ def test_beyond_the_usual_is_warned_of(tmp_path, capsys, cells, words):
     warning = next(words for words in found["warnings"] if "usual" in words)
     assert warning.startswith("ball_drop: ") and all(word in warning for word in words), warning
     assert all(word in said.err for word in words)
+
+
+@pytest.mark.parametrize(
+    "unit, high, values, said",
+    [
+        ("mg", 50.0, [0.0, 0.9], ""),  # in micrograms it would be less still
+        ("mg", 50.0, [0.0, 0.02], "0.02 g would be 20 mg"),
+        ("Pa", 1e4, [0.0, 8.0], "8 kPa would be 8000 Pa"),
+        ("rpm", 100.0, [0.0, 0.5], ""),  # no other unit is known
+        ("deg", 45.0, [1.0, 20.0], ""),
+    ],
+)
+def test_values_next_to_nothing_are_told_where_a_larger_unit_fits(unit, high, values, said):
+    quantity = {"default": 0.0, "min": 0.0, "max": high, "unit": unit}
+    found = unusual("condition", quantity, values)
+    assert said in found if said else found == ""
 
 
 def test_the_usual_is_not_warned_of(tmp_path, capsys):
