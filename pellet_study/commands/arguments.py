@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from pellet_study.errors import InputError
 from pellet_study.output import style
+from pellet_study.output.terminal import say, warn
 from pellet_study.study import Study, load
 
 if TYPE_CHECKING:
@@ -33,6 +34,16 @@ def study_of(arguments: argparse.Namespace) -> Study:
     InputError : anything in it, or in the library, cannot be used
     """
     return load(arguments.study, arguments.library)
+
+
+def say_assumed(study: Study) -> dict:
+    """Print what an answer rests on that no file of the study says, and warn of unusual values; returns its JSON key."""
+    from pellet_study.criticism.facts import assumed_words
+
+    if words := assumed_words(study):
+        say(f"assumed: {words} (defaults, as no file of the study gives them)\n")
+    warn(study.remarks)
+    return {"assumed": study.assumed}
 
 
 def named(arguments: argparse.Namespace) -> str:

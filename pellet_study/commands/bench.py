@@ -2,7 +2,7 @@
 
 import argparse
 
-from pellet_study.commands.arguments import add_look, add_study, look_of, named, study_of
+from pellet_study.commands.arguments import add_look, add_study, look_of, named, say_assumed, study_of
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say, warn
 
@@ -47,6 +47,7 @@ def run(arguments: argparse.Namespace) -> dict:
         effort=arguments.effort,
     )
     results = calibrate(seeds, measured)
+    assumed = say_assumed(loaded)
     with look_of(arguments):
         say(report.write(results, arguments.study, seeds.contact_law))
     report.write_runs(seeds.runs, arguments.study / "runs.csv")
@@ -59,4 +60,4 @@ def run(arguments: argparse.Namespace) -> dict:
             ]
         )
     done(f"{arguments.study / 'summary.txt'}, figures", f"report {named(arguments)}")
-    return report.answer(results)
+    return {**report.answer(results), **assumed}

@@ -7,7 +7,7 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pellet_study.commands.arguments import add_look, add_study, look_of, study_of
+from pellet_study.commands.arguments import add_look, add_study, look_of, say_assumed, study_of
 from pellet_study.errors import InputError
 
 if TYPE_CHECKING:
@@ -83,18 +83,20 @@ def _run(arguments: argparse.Namespace) -> dict:
 
     folder = arguments.results or arguments.study
     _check(arguments, folder)
-    plan = plan_of(study_of(arguments), arguments.contact_law)
+    study = study_of(arguments)
+    plan = plan_of(study, arguments.contact_law)
     _make(folder)
+    assumed = say_assumed(study)
     heaps = _heaps(arguments, plan, folder)
     results = Results(plan, folder, arguments.quick)
     if arguments.few:
         setting = few_heaps.calibrate(heaps, results)
         print(report.write_path(results, setting))
-        return report.path_answer(setting)
+        return {**report.path_answer(setting), **assumed}
     chain = Chain(heaps, results, after=report.write_summary)
     chain.run(_stages(arguments))
     print(report.write(chain))
-    return report.answer(results)
+    return {**report.answer(results), **assumed}
 
 
 def _check(arguments: argparse.Namespace, folder: Path) -> None:

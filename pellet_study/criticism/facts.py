@@ -110,7 +110,7 @@ def assumed_words(study: Study) -> str:
     ]
     parameters = study.assumed_parameters
     if len(parameters) > MOST_ASSUMED:
-        said.append(f"{len(parameters)} parameters, from {' to '.join([*parameters][:: len(parameters) - 1])}")
+        said.append(f"{len(parameters)} parameters, which `pellet-study check` lists")
     elif parameters:
         said.append(", ".join(f"{name} {number(value)}" for name, value in parameters.items()))
     return "; ".join(said)

@@ -7,7 +7,6 @@ on YADE that takes simulations, and what the candidate shows in is said instead.
 from collections.abc import Sequence
 from typing import Any
 
-import numpy as np
 from scipy import stats
 
 from pellet_study.criticism.calibration import fit_study
@@ -71,8 +70,8 @@ def _rig(study: Study, name: str) -> dict[str, Any]:
                 "assumed": condition in assumed,
                 "default": quantity["default"],
                 "required": bool(quantity.get("required")),
-                "usual": list(usual(quantity)),
-                "can_simulate": list(limits(quantity)),
+                "usual": list(quantity["options"] if "options" in quantity else usual(quantity)),
+                "can_simulate": list(quantity["options"] if "options" in quantity else limits(quantity)),
             }
             for condition, quantity in rig.conditions.items()
         ],
@@ -182,8 +181,8 @@ def _along(rig: str, rows: Sequence[Measurement]) -> list[str]:
     """Conditions that were changed in the order of the readings."""
     said = []
     for condition in rows[0].conditions if len(rows) > 3 else ():
-        values = np.array([row.conditions[condition] for row in rows])
-        if np.ptp(values) == 0:
+        values = [row.conditions[condition] for row in rows]
+        if len(set(values)) == 1 or any(isinstance(value, str) for value in values):
             continue
         rho = float(stats.spearmanr([row.order for row in rows], values).statistic)
         if abs(rho) >= ALONG:
@@ -225,10 +224,11 @@ def _rig_lines(rig: dict[str, Any]) -> list[str]:
             ", ".join(map(number, levels)) if len(levels) <= MOST_LEVELS else f"{len(levels)} levels, {_span(levels)}"
         )
         said = f"{number(levels[0])}{unit}, ASSUMED: no row gives it" if condition["assumed"] else f"{given}{unit}"
-        lines.append(
-            f"  {condition['condition']}: {said} (usual {_span(condition['usual'])}, can be {_span(condition['can_simulate'])}, "
-            f"{'required' if condition['required'] else 'default ' + number(condition['default'])})"
-        )
+        default = "required" if condition["required"] else f"default {number(condition['default'])}"
+        possible = f"usual {_span(condition['usual'])}, can be {_span(condition['can_simulate'])}"
+        if isinstance(condition["usual"][0], str):
+            possible = f"can be {', '.join(condition['usual'])}"
+        lines.append(f"  {condition['condition']}: {said} ({possible}, {default})")
     return lines
 
 
@@ -253,6 +253,6 @@ def _candidate_lines(candidate: dict[str, Any]) -> list[str]:
     return lines
 
 
-def _span(ends: Sequence[float]) -> str:
+def _span(ends: Sequence) -> str:
     low, high = number(ends[0]), number(ends[-1])
     return low if low == high else f"{low} to {high}"

@@ -4,9 +4,9 @@ from collections.abc import Iterable
 from difflib import SequenceMatcher, get_close_matches
 
 
-def number(value: float | None, digits: int = 4) -> str:
-    """A number with so many significant digits, `-` where unknown."""
-    return "-" if value is None else f"{value:.{digits}g}"
+def number(value: float | str | None, digits: int = 4) -> str:
+    """A number with so many significant digits, a word as it is, `-` where unknown."""
+    return "-" if value is None else value if isinstance(value, str) else f"{value:.{digits}g}"
 
 
 def probability(p: float | None) -> str:

@@ -8,6 +8,7 @@ from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 
 from pellet_study.errors import InputError
+from pellet_study.output.words import number
 from pellet_study.rigs.catalogue import Catalogue
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.ranges import refuse_beyond, unusual, unusual_parameter
@@ -34,9 +35,11 @@ def check_conditions(file: Path | str, rows: Sequence[Measurement], catalogue: C
             if blank is not None and filled:
                 raise InputError(
                     f"{file}: line {blank.line}: column {name} is blank, but line {filled[0].line} of {rig} gives "
-                    f"{filled[0].conditions[name]:g}: fill the cell, or set split to leave_out with a reason; only where "
-                    f"no row of {rig} gives it the default, {quantity['default']:g}, is taken"
+                    f"{number(filled[0].conditions[name])}: fill the cell, or set split to leave_out with a reason; only where "
+                    f"no row of {rig} gives it the default, {number(quantity['default'])}, is taken"
                 )
+            if "options" in quantity:  # a word, not a number
+                continue
             column = [row.conditions[name] for row in filled]
             for row in filled:
                 refuse_beyond(f"{file}: line {row.line}", name, row.conditions[name], quantity, column)
@@ -62,6 +65,8 @@ def remarks(rows: Sequence[Measurement], catalogue: Catalogue, fixed: Mapping[st
     for rig, of_rig in _cases(rows).items():
         declared = catalogue.rigs[rig]
         for name, quantity in declared.conditions.items():
+            if "options" in quantity:
+                continue
             given = [row.conditions[name] for row in of_rig if name not in row.assumed]
             said.append((rig, unusual(name, quantity, list(dict.fromkeys(given)))))
         for name, quantity in declared.parameters.items():

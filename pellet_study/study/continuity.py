@@ -173,7 +173,11 @@ class _Trial:
         at = {name: jump.high if jump.high != self.effect.neutral()[name] else jump.low}
         bare = jump.size > LARGE * size  # too large for a solver: the rig alone must make such jumps
         noise = [self._own_jump(observable, p, jump.row, at, not bare) for p in self.rig.parameters]
-        noise += [self._own_jump(observable, c, jump.row, at, not bare) for c in self.rig.conditions]
+        noise += [
+            self._own_jump(observable, c, jump.row, at, not bare)
+            for c, q in self.rig.conditions.items()
+            if "options" not in q
+        ]
         noise += [] if bare else [self._usual_jump(observable, name, jump.row)]
         return jump.size > OVER_NOISE * max(noise, default=0.0)
 

@@ -43,13 +43,21 @@ def limits(quantity: Mapping) -> tuple[float, float]:
     return (low / BEYOND if low > 0 else BEYOND * low), wide
 
 
-def other_unit(quantity: Mapping, values: Iterable[float], within: tuple[float, float] | None = None) -> str:
-    """`; 0.3 m would be 300 mm: is it given in m?`, or nothing where no other unit brings the values into the usual range."""
+def other_unit(
+    quantity: Mapping, values: Iterable[float], within: tuple[float, float] | None = None, least: float = 0.0
+) -> str:
+    """`; 0.3 m would be 300 mm: is it given in m?`, or nothing where no other unit brings the values into the usual range.
+
+    Parameters
+    ----------
+    within : default the usual range
+    least : the smallest size, in the declared unit, of the units looked at
+    """
     low, high = within or usual(quantity)
     given = [value for value in values if value]
     unit = str(quantity.get("unit", ""))
     for name, size in _other_units(unit).items():
-        if given and all(low <= size * value <= high for value in given):
+        if given and size >= least and all(low <= size * value <= high for value in given):
             first = f"{given[0]:.4g}"
             return f"; {first} {name} would be {size * given[0]:.4g}{_of(unit)}: is it given in {name}?"
     return ""
@@ -106,7 +114,7 @@ def unusual(name: str, quantity: Mapping, values: Sequence[float]) -> str:
         shown = ", ".join(f"{value:g}" for value in beyond[:3]) + (", ..." if len(beyond) > 3 else "")
         return f"{name} {shown} lies beyond the usual {range_words(quantity, (low, high))}{hint}"
     largest = max(map(abs, values), default=0.0)
-    if low <= 0 < largest < TINY * high and (hint := other_unit(quantity, values)):
+    if low <= 0 < largest < TINY * high and (hint := other_unit(quantity, values, least=1.0)):
         return f"{name} is at most {largest:g} where up to {high:g}{_of(str(quantity.get('unit', '')))} is usual{hint}"
     return ""
 

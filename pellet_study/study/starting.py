@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pellet_study.errors import InputError
-from pellet_study.output.words import did_you_mean
+from pellet_study.output.words import did_you_mean, number
 from pellet_study.rigs.catalogue import Catalogue, standard
 from pellet_study.rigs.declared import Rig
 
@@ -113,10 +113,17 @@ def _of_known(rig: Rig, known: Catalogue) -> dict[str, str]:
         *(f"#   {name}: {known.effects[name].means}" for name in known.acting(rig.name)),
         "",
         f"# [possible.{rig.name}]   # what could be measured next; default: the rig's usual range",
-        *(f"# {n} = {{ min = {q['min']:g}, max = {q['max']:g} }}   # {_said(q)}" for n, q in rig.conditions.items()),
+        *(f"# {n} = {_range(q)}   # {_said(q)}" for n, q in rig.conditions.items()),
     ]
     rows = _printed(rig) if rig.on_yade else _made_up(rig)
     return {"study.toml": "\n".join(toml) + "\n", "measurements.csv": _csv(rows)}
+
+
+def _range(quantity: Mapping) -> str:
+    """A range in TOML, or the words that a condition may be."""
+    if "options" in quantity:
+        return "[" + ", ".join(f'"{word}"' for word in quantity["options"]) + "]"
+    return f"{{ min = {quantity['min']:g}, max = {quantity['max']:g} }}"
 
 
 def _said(quantity: Mapping) -> str:
@@ -137,12 +144,13 @@ def _printed(rig: Rig) -> list[dict[str, Any]]:
 
 def _made_up(rig: Rig) -> list[dict[str, Any]]:
     """Readings that a formula predicts at its defaults, with scatter, over its first condition."""
-    observable, varied = next(iter(rig.observables)), next(iter(rig.conditions))
+    observable = next(iter(rig.observables))
+    varied = next(name for name, quantity in rig.conditions.items() if "options" not in quantity)
     low, high = rig.conditions[varied]["min"], rig.conditions[varied]["max"]
     levels = np.geomspace(low, high, LEVELS) if low > 0 else np.linspace(low, high, LEVELS)
     levels = np.array([float(f"{level:.3g}") for level in levels])
     parameters = {name: np.array([[float(q["default"])]]) for name, q in rig.parameters.items()}
-    conditions: dict[str, Any] = {n: np.full(LEVELS, float(q["default"])) for n, q in rig.conditions.items()}
+    conditions: dict[str, Any] = {n: np.full(LEVELS, q["default"]) for n, q in rig.conditions.items()}
     conditions |= {varied: levels, "median_normal_stress_pa": 1.0}
     assert rig.predict is not None
     predicted = np.ravel(np.broadcast_to(rig.predict(parameters, conditions, {})[observable], (1, LEVELS)))
@@ -157,7 +165,7 @@ def _made_up(rig: Rig) -> list[dict[str, Any]]:
 
 
 def _row(rig: Rig, observable: str, value: str, sd: str, conditions: Mapping[str, float], note: str) -> dict[str, Any]:
-    given = {name: f"{conditions.get(name, q['default']):g}" for name, q in rig.conditions.items()}
+    given = {name: number(conditions.get(name, q["default"])) for name, q in rig.conditions.items()}
     return {"rig": rig.name, "observable": observable, "value": value, "sd": sd, **given, "note": note}
 
 

@@ -2,10 +2,13 @@
 
 import json
 
+import pandas as pd
 import pytest
 
+import pellet_study as ps
 from pellet_study.__main__ import main
 from pellet_study.study.load import load
+from pellet_study.study.ranges import unusual
 from tests.helpers.make_study import command
 
 RIG = """
@@ -172,6 +175,22 @@ def test_beyond_the_usual_is_warned_of(tmp_path, capsys, cells, words):
     assert all(word in said.err for word in words)
 
 
+@pytest.mark.parametrize(
+    "unit, high, values, said",
+    [
+        ("mg", 50.0, [0.0, 0.9], ""),  # in micrograms it would be less still
+        ("mg", 50.0, [0.0, 0.02], "0.02 g would be 20 mg"),
+        ("Pa", 1e4, [0.0, 8.0], "8 kPa would be 8000 Pa"),
+        ("rpm", 100.0, [0.0, 0.5], ""),  # no other unit is known
+        ("deg", 45.0, [1.0, 20.0], ""),
+    ],
+)
+def test_values_next_to_nothing_are_told_where_a_larger_unit_fits(unit, high, values, said):
+    quantity = {"default": 0.0, "min": 0.0, "max": high, "unit": unit}
+    found = unusual("condition", quantity, values)
+    assert said in found if said else found == ""
+
+
 def test_the_usual_is_not_warned_of(tmp_path, capsys):
     found, said = answered(ball(tmp_path / "s"), capsys)
     assert found["warnings"] == [] and said.err.count("warning") == 0
@@ -243,3 +262,15 @@ def test_ranges_that_a_rig_declares_are_checked(tmp_path, capsys, old, new, word
 def test_a_rig_that_declares_its_limits_is_believed(tmp_path, capsys):
     rig = RIG.replace('"unit": "g", ', '"unit": "g", "limits": (1e-3, 1e5), ')
     answered(ball(tmp_path / "s", cells=lambda h: f"{h},50000", rig=rig), capsys)
+
+
+def test_a_data_frame_is_held_to_the_same():
+    stress = [500.0, 1000.0, float("nan"), 4000.0]
+    frame = {"rig": "shear_cell", "observable": "shear_stress_pa", "sd": 10.0, "value": [300.0, 600.0, 1200.0, 2400.0]}
+    free = {"internal_friction": (0.1, 1.5)}
+    with pytest.raises(ps.InputError, match="measurements: line 4: column normal_stress_pa is blank"):
+        ps.study_of(pd.DataFrame({**frame, "normal_stress_pa": stress}), parameters=free)
+    with pytest.raises(ps.InputError, match="measurements: line 2: normal_stress_pa 0.5.*given in kPa"):
+        ps.study_of(pd.DataFrame({**frame, "normal_stress_pa": [0.5, 1.0, 2.0, 4.0]}), parameters=free)
+    study = ps.study_of(pd.DataFrame({**frame, "normal_stress_pa": [500, 1000, 2000, 4000]}), parameters=free)
+    assert ps.compare(study).assumed == {} and study.remarks == ()
