@@ -232,7 +232,8 @@ def _figures(own, one, prefix: str) -> list[str]:
     from pellet_study.doe import figures
     from pellet_study.doe.labels import degraded
 
-    surface, found, unit = one.response.surface, one.target_set, own.unit
+    surface, found = one.response.surface, one.target_set
+    unit = own.unit if one.response.transformation is None else ""  # a transformed response has another
     table = surface.table
     warn(degraded(table.names, str(table.response.name)))
 

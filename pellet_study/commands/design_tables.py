@@ -54,7 +54,14 @@ def check_arguments(arguments: argparse.Namespace) -> None:
         If there is neither a table nor a design to make, or alpha is no level.
     """
     if (arguments.table is None) == (arguments.design is None):
-        after = "; the table stands before --response" if arguments.response else ""
+        taking = (
+            "response",
+            "maximise",
+            "minimise",
+            "transform",
+        )  # options that may have taken the table for their value
+        taken = not arguments.design and any(getattr(arguments, option, None) for option in taking)
+        after = "; the table stands before --response and the like" if taken else ""
         raise InputError(
             f"expected a table to analyse (TABLE.csv) or a design to make (--design), one of the two{after}"
         )

@@ -187,7 +187,9 @@ def _next(screenings) -> str | None:
     if len(clear) < 2:
         return None
     words = " ".join(shlex.quote(f"{name}=LOW,HIGH") for name in clear)
-    return f"bbd --design {words}" + (" --face-centred" if len(clear) == 2 else "")
+    names = [str(screening.table.response.name) for screening in screenings]
+    responses = f" --response {shlex.join(names)}" if len(names) > 1 else ""
+    return f"bbd --design {words}" + (" --face-centred" if len(clear) == 2 else "") + responses
 
 
 def _design(arguments) -> dict:

@@ -257,7 +257,7 @@ def legend_below(figure: Any, handles: Iterable, labels: Iterable[str], columns:
         return
     for number in range(min(columns, len(labels)), 0, -1):
         legend = figure.legend(handles, labels, loc="outside lower center", ncols=number, handler_map=_beside())
-        if number == 1 or legend.get_window_extent().width <= figure.bbox.width:
+        if number == 1 or legend.get_window_extent().width <= 0.97 * figure.bbox.width:
             return
         legend.remove()
 

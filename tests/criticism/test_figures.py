@@ -142,22 +142,27 @@ def test_a_tie_has_a_curve_and_a_colour_for_each_candidate_the_same_everywhere(t
 
 
 def test_the_ladder_shows_what_each_tied_candidate_would_do_held_out_included(tied):
-    told = copy.deepcopy(tied.json)
-    rivals = [
-        {"effects": [name], "rms_error": 0.2 + k, "holdout_rms_error": 0.4 + k} for k, name in enumerate(tied.tied)
-    ]
-    told["diagnoses"][-1]["rivals"] = rivals
-    figure = figures.ladder(told["steps"], figures.tied_errors(told["diagnoses"][-1]), tied.study.acting())
-    axes = figure.axes[0]
-    last = told["steps"][-1]
-    points = {(line.get_xdata()[1], line.get_ydata()[1]) for line in axes.lines if len(line.get_xdata()) == 2 and
-              list(line.get_ydata())[0] in (last["rms_error"], last["holdout_rms_error"])}  # fmt: skip
-    for place, rival in enumerate(rivals, start=len(told["steps"])):
-        assert (place, rival["rms_error"]) in points and (place, rival["holdout_rms_error"]) in points
+    figure = ps.draw(tied, "ladder")
+    axes, last = figure.axes[0], tied.steps[-1]
+    found = {}
+    for line in axes.lines:
+        x, y = line.get_data()
+        if len(x) == 2 and y[0] in (last["rms_error"], last["holdout_rms_error"]) and x[1] >= len(tied.steps):
+            found[int(x[1]), line.get_linestyle()] = y[1]
+    assert len(found) == 2 * len(tied.tied)
+    rows = tied.steps[-1]["rows"]
+    for place, (name, curve) in enumerate(
+        zip(tied.tied, tied.diagnoses[-1]["curves"], strict=True), start=len(tied.steps)
+    ):
+        (panel,) = curve["panels"]
+        assert curve["effects"] == [name]
+        for split, dash in (("fit", "-"), ("holdout", "--")):  # the error of the curve drawn in `readings`
+            off = [r["value"] - np.interp(r["conditions"]["layer_height_mm"], panel["at"], panel["predicted"])
+                   for r in rows if r["split"] == split]  # fmt: skip
+            assert found[place, dash] == pytest.approx(np.sqrt(np.mean(np.square(off))), abs=0.01)
     names = [text.get_text().replace("\n", "") for text in axes.get_xticklabels()]
     assert names == ["base", *(f"+ {name}" for name in tied.tied)]
-    assert_readable(figure)
-    assert figures.tied_errors({**told["diagnoses"][-1], "tied": []}) == []
+    assert figures.tied_errors({**tied.diagnoses[-1], "tied": []}) == []
 
 
 def test_table_and_bars_agree_on_what_explains(tied):

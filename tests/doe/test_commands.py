@@ -198,6 +198,8 @@ def test_central_composite_tables_and_long_names(tmp_path, capsys):
                 "--face-centred",
                 "--centre",
                 "4",
+                "--seed",
+                "1",
                 "--output",
                 str(path),
             ]

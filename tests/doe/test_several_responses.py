@@ -155,6 +155,17 @@ def test_goals_that_cannot_be_are_refused_in_words(tread_csv, words, message, ca
     assert message in capsys.readouterr().err
 
 
+def test_goals_that_exclude_each_other_say_which_stands_in_the_way(tread_csv, capsys):
+    """No setting has an abrasion of 300; without that goal nothing would be in the way."""
+    answer = answer_of("bbd", tread_csv, *TWO, "--limits", "abrasion=300,", "--limits", "modulus=0,")
+    assert (
+        answer["joint"]["met"] is False and answer["joint"]["fraction_of_box"] == 0 == answer["joint"]["desirability"]
+    )
+    text = capsys.readouterr().out
+    assert "no setting of the box meets all goals; if abrasion were let go, " in text
+    assert "nearest (its worst response misses by least)" in text
+
+
 def test_what_the_refusals_advise_works(tread_csv):
     answer = answer_of("bbd", tread_csv, *TWO, "--target", "abrasion=150", "--uncertainty", "abrasion=10")
     assert answer["joint"]["met"]
@@ -173,7 +184,7 @@ def test_columns_that_cannot_be_responses_are_refused(tread_csv, capsys):
     answer_of("bbd", tread_csv, "--response", "abrasion", "--ignore", "abrasion", status=2)
     assert "expected one of them" in capsys.readouterr().err
     assert main(["bbd", "--response", "abrasion", str(tread_csv)]) == 2
-    assert "the table stands before --response" in capsys.readouterr().err
+    assert "the table stands before --response and the like" in capsys.readouterr().err
 
 
 def test_figures_of_each_response(tread_csv):
@@ -248,3 +259,26 @@ def test_a_new_design_has_a_column_for_each_response(tmp_path, capsys):
     answer = answer_of("bbd", path, "--response", "p (N)", "q")
     slopes = [answer["responses"][name]["coefficients"][factor] for name, factor in (("p (N)", "A"), ("q", "B"))]
     assert slopes == pytest.approx([3, -1], abs=0.02)
+
+
+def test_a_design_with_several_responses_is_judged_extended_and_mended(tmp_path, capsys):
+    """A fresh sheet is scored; measured, its fold keeps both responses; a run that lacks one is a lost run."""
+    path, folded, again = (tmp_path / name for name in ("sheet.csv", "folded.csv", "again.csv"))
+    both = ["--response", "p", "q"]
+    words = [f"{name}=1,3" for name in "ABCDEFG"]
+    assert main(["pb", "--design", *words, *both, "--runs", "8", "--seed", "1", "--output", str(path)]) == 0
+    assert main(["design", "score", str(path), *both]) == 0
+    frame = pd.read_csv(path)
+    frame["p"], frame["q"] = 5 + 2.0 * frame.A, 3 - 1.5 * frame.B
+    frame.to_csv(path, index=False)
+    assert main(["design", "fold", str(path), *both, "--seed", "2", "--output", str(folded)]) == 0
+    written = pd.read_csv(folded)
+    assert list(written.columns[-2:]) == ["p", "q"] and written[["p", "q"]].isna().sum().tolist() == [8, 8]
+    kept = written.dropna()
+    assert (kept.p - 5 - 2.0 * kept.A).abs().max() < 1e-9 and (kept.q - 3 + 1.5 * kept.B).abs().max() < 1e-9
+    assert "fill the last 2 columns in" in capsys.readouterr().out
+    frame.loc[3, "q"] = np.nan
+    frame.to_csv(path, index=False)
+    assert main(["design", "repair", str(path), *both, "--seed", "2", "--output", str(again)]) == 0
+    assert "1 of 8 runs" in capsys.readouterr().out
+    assert main(["design", "score", str(path), "--response", "p", "p"]) == 2

@@ -149,5 +149,6 @@ def perturbation(surface: Surface, found: TargetSet | None = None, unit: str = "
     axes.set_ylabel(folded(name(with_unit(str(table.response.name), unit)), letters_in(2.8)))
     said = "reference: " + where_words(table.factors, rest, name, (), found)
     axes.set_title(folded(said, letters_in(figure.get_figwidth() - 0.9, 0.83)), fontsize="small")
-    style.legend_below(figure, *axes.get_legend_handles_labels(), columns=3, ax=ax)
+    handles, labels = axes.get_legend_handles_labels()
+    style.legend_below(figure, handles, labels, columns=3, ax=ax)
     return figure
