@@ -1,13 +1,14 @@
 """The machine-readable form of each answer."""
 
 import statistics
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 
 from pellet_study.criticism.calibration import CalibratedStudy, surface_error
 from pellet_study.criticism.compare import HELD_OUT_FAILS, Comparison
 from pellet_study.criticism.diagnose import Diagnosis
-from pellet_study.criticism.fit_facts import drift_words
+from pellet_study.criticism.facts import misfit
+from pellet_study.criticism.fit_facts import drift_words, row_words
 from pellet_study.criticism.grades import RULE
 from pellet_study.criticism.next_measurement import NextMeasurement
 from pellet_study.criticism.outcomes import Outcome
@@ -93,6 +94,13 @@ def row_of(r: RowResidual, units: Mapping[str, str]) -> dict:
     }
 
 
+def worst_of(rows: Sequence[RowResidual], units: Mapping[str, str]) -> dict:
+    """The row that is farthest off, and the same in words."""
+    told = [row_of(r, units) for r in rows]
+    worst = max(told, key=misfit)
+    return {**worst, "words": row_words(worst, told)}
+
+
 def check_surface(answer: dict, state: CalibratedStudy) -> list[str]:
     """Put `surface_check` {p, worst} into an answer (null where nothing is interpolated); returns warnings."""
     error = surface_error(state)
@@ -156,11 +164,10 @@ def nearest_miss(diagnosed: Diagnosis) -> dict | None:
     """What comes nearest to explaining the data where nothing does, why it is refused, and the row it leaves farthest off."""
     if diagnosed.miss is None:
         return None
-    worst = max(diagnosed.miss.rows, key=lambda r: abs(r.residual if r.z is None else r.z))
     return {
         **outcome(diagnosed.miss),
         "refused": diagnosed.miss.refused,
-        "worst_row": row_of(worst, diagnosed.comparison.units),
+        "worst_row": worst_of(diagnosed.miss.rows, diagnosed.comparison.units),
     }
 
 
@@ -181,7 +188,7 @@ def diagnosis(diagnosed: Diagnosis) -> dict:
         "present": present(compared),
         "rivals": [outcome(found) for found in diagnosed.outcomes],
         "nearest_miss": nearest_miss(diagnosed),
-        "worst_row": row_of(max(compared.rows, key=lambda r: abs(r.residual if r.z is None else r.z)), compared.units),
+        "worst_row": worst_of(compared.rows, compared.units),
         "holdout_p": compared.holdout_p,
         "holdout_contradicts": compared.holdout_contradicts,
         "holdout_limit_p": HELD_OUT_FAILS,

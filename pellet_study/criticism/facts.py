@@ -266,4 +266,4 @@ def miss_words(diagnosis: dict) -> str:
         return ""
     before, after = diagnosis["present"]["chi2"], miss["chi2"]
     does = "is fitted" if after is None else f"takes chi2 from {number(before, 3)} to {number(after, 3)}"
-    return f"{' + '.join(miss['effects'])} {does}, but is refused: {miss['refused']}"
+    return f"{' + '.join(miss['effects'])} {does}, but is refused: {miss['refused']}; with it the worst row is {miss['worst_row']['words']}"

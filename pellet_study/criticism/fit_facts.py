@@ -77,7 +77,7 @@ def fit_words(comparison: dict) -> str | None:
         return "the fit did not end, so that chi2 is too large: whether the model fits cannot be said"
     words = grade_words(comparison)
     if held_out_contradict(comparison) and grade(comparison) != Grade.FAILS:
-        return f"{words}; not those held out, which contradict the model"
+        return f"{words} (of the rows it was calibrated on, not those held out, which contradict it)"
     return words
 
 

@@ -220,12 +220,12 @@ def held_out_too(answer: dict) -> str:
     """That the rows held out contradict the model that is diagnosed, and what they say of the explanations."""
     if not answer["holdout_contradicts"]:
         return ""
-    by = {True: "contradict", False: "agree with"}
-    said = [f"{by[rival['holdout_contradicts']]} {' + '.join(rival['effects'])}" for rival in answer["rivals"]]
-    return (
-        f"; the rows held out contradict the model without it (p {probability(answer['holdout_p'])}; the limit is "
-        f"{answer['holdout_limit_p']:g}), {', '.join(said)}"
-    )
+    said = f"; the rows held out contradict the model without it (p {probability(answer['holdout_p'])}; the limit is "
+    said += f"{answer['holdout_limit_p']:g})"
+    for contradicted, words in ((True, "contradict it with"), (False, "agree with it with")):
+        names = [" + ".join(r["effects"]) for r in answer["rivals"] if r["holdout_contradicts"] == contradicted]
+        said += f", {words} {', '.join(names)}" if names else ""
+    return said
 
 
 def beside_the_verdict(answer: dict) -> list[str]:
@@ -234,9 +234,8 @@ def beside_the_verdict(answer: dict) -> list[str]:
     miss = answer["nearest_miss"]
     if miss is not None:
         lines.append(f"nearest: {facts.miss_words(answer)}")
-        lines.append(f"with it the worst row is {fit_facts.row_words(miss['worst_row'], [miss['worst_row']])}")
     elif answer["verdict"] == Verdict.UNEXPLAINED:
-        lines.append(f"the worst row is {fit_facts.row_words(answer['worst_row'], [answer['worst_row']])}")
+        lines.append(f"the worst row is {answer['worst_row']['words']}")
     return [*filter(None, lines), *errors_table(answer)]
 
 

@@ -69,16 +69,16 @@ class NextPart:
     pictures: list[Picture]
 
 
-def fit_sentence(comparison: dict[str, Any]) -> str:
-    """How well a model fits."""
+def fit_sentence(comparison: dict[str, Any], held_out: bool = True) -> str:
+    """How well a model fits, and how the rows held out stand to it."""
     judged = fit_facts.fit_words(comparison)
     if judged is None:
         return (
             "There are neither standard deviations nor replicates: how well it fits cannot be judged from these data."
         )
-    held_out = fit_facts.held_out_words(comparison)
+    beside = fit_facts.held_out_words(comparison) if held_out else ""
     return f"chi² = {number(comparison['chi2'])} on {comparison['dof']}; {judged}." + (
-        f" Rows held out: {held_out}." if held_out else ""
+        f" Rows held out: {beside}." if beside else ""
     )
 
 

@@ -159,9 +159,11 @@ def _short(compared: Answer | None, diagnoses: list[Answer], steps: list[Answer]
         if last.get("noise_floor"):
             found.append(f"The scatter of the readings alone gives {number(last['noise_floor'], 3)}.")
     elif compared:
-        found.append(f"The model is {model_name(compared['effects'])}. {criticism.fit_sentence(compared)}")
+        found.append(
+            f"The model is {model_name(compared['effects'])}. {criticism.fit_sentence(compared, held_out=not diagnoses)}"
+        )
     if len(steps) > 1 and compared:
-        found.append(f"With it {criticism.fit_sentence(compared)}")
+        found.append(f"With it {criticism.fit_sentence(compared, held_out=not diagnoses)}")
     if diagnoses:
         found.append(criticism.verdict(diagnoses[-1]))
     if stages:

@@ -163,7 +163,7 @@ def test_unexplained_names_the_nearest_miss_and_the_worst_row(tmp_path, capsys):
         f"nearest: {' + '.join(miss['effects'])} takes chi2 from {before:.3g} to {miss['chi2']:.3g}, but is refused:"
         in page
     )
-    assert miss["refused"] in page and "with it the worst row is" in page
+    assert miss["refused"] in page and "with it the worst row is layer_on_incline at layer_height_mm 18" in page
     assert miss["refused"] in page_of(study, capsys)
 
 
