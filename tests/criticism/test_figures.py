@@ -15,6 +15,7 @@ from pellet_study.api.answers import Refinement
 from pellet_study.api.figures import draw_all
 from pellet_study.criticism import curves, figures
 from pellet_study.criticism.answers import noise_floor
+from pellet_study.criticism.calibration import fit_study
 from pellet_study.criticism.compare import compare
 from pellet_study.errors import InputError
 from pellet_study.output import style
@@ -280,3 +281,28 @@ def test_long_and_chinese_names_are_folded(tied, width, name):
     told = Refinement(renamed(tied.json), tied.page, tied.study)
     for figure in draw_all(told, width).values():
         assert_readable(figure)
+
+
+def test_a_rig_that_simulates_is_drawn_at_the_measured_levels_only(tmp_path):
+    """Nothing is asked of it between them; a closed form stands in for it."""
+
+    class Simulating:
+        simulates = True
+
+        def __init__(self, engine):
+            self.engine = engine
+
+        def __getattr__(self, name):
+            return getattr(self.engine, name)
+
+    rows = layers(0.5, 80.0, (10, 15, 20, 30), 2) + layers(0.5, 80.0, (10, 15, 20, 30), 3)
+    state = fit_study(study_of(tmp_path / "s", rows))
+    found = compare(state.study, state)
+    state.model.engines = {name: Simulating(engine) for name, engine in state.model.engines.items()}
+    told = curves.curves_of(state, found)
+    (panel,) = told["panels"]
+    assert panel["drawn"] == curves.LEVELS and panel["at"] == [10, 15, 20, 30]
+    assert np.allclose(panel["predicted"], math.degrees(math.atan(found.parameters["internal_friction"])), rtol=1e-6)
+    figure = figures.readings([{"value": r.row.value, "split": "fit"} for r in found.rows], [told])
+    assert figure.axes[0].lines[0].get_marker() == "."
+    assert "simulated at the dots" in figure.axes[0].get_title(loc="left").replace("\N{NO-BREAK SPACE}", " ")
