@@ -1,12 +1,14 @@
 """What a model predicts over the condition that a rig's readings were taken at: the curves drawn through them.
 
 A panel shows the readings of one observable of a rig against the condition (or the parameter known row by row) that was set
-to the most levels, of several that with which the readings change most, at one setting of all others. Where the others were set to so many that no curve would pass through enough
+to the most levels, of several that with which the readings change most, at one setting of all others; against one that is a
+word only where no number was changed. Where the others were set to so many that no curve would pass through enough
 readings, all stand in one panel, each with the model's own value for its row.
 """
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -34,10 +36,10 @@ class Panel:
     rig: str
     observable: str
     condition: str | None
-    others: Mapping[str, float]
+    others: Mapping[str, Any]
     alike: bool
     rows: tuple[int, ...]
-    levels: tuple[float, ...]
+    levels: tuple[Any, ...]
 
 
 def panels_of(rows: Sequence[Measurement]) -> list[Panel]:
@@ -55,6 +57,8 @@ def panels_of(rows: Sequence[Measurement]) -> list[Panel]:
             alike = all(count == 1 for count in distinct.values())
             found.append(_panel(rig, observable, None, alike, places, settings))
             continue
+        numbers = [n for n in known if not isinstance(settings[places[0]][n], str)]
+        known = numbers or known
         values = [rows[k].value for k in places]
         change = {n: _together([setting[n] for setting in settings.values()], values) for n in known}
         condition = max(known, key=lambda n: (distinct[n], change[n]))
@@ -69,7 +73,7 @@ def panels_of(rows: Sequence[Measurement]) -> list[Panel]:
     return found
 
 
-def _together(levels: Sequence[float], values: Sequence[float]) -> float:
+def _together(levels: Sequence[Any], values: Sequence[float]) -> float:
     """Size of the rank correlation of readings with a condition, 0 to 1; rounded, so that a tie is a tie."""
     ranks = np.array([np.unique(x, return_inverse=True)[1] for x in (levels, values)], dtype=float)
     if not ranks.std(axis=1).all():
@@ -83,7 +87,12 @@ def _panel(
     first = settings[rows[0]]
     others = {n: v for n, v in first.items() if n != condition and all(settings[k].get(n) == v for k in rows)}
     levels = range(1, len(rows) + 1) if condition is None else [settings[k][condition] for k in rows]
-    return Panel(rig, observable, condition, others, alike, tuple(rows), tuple(map(float, levels)))
+    return Panel(rig, observable, condition, others, alike, tuple(rows), tuple(_plain(x) for x in levels))
+
+
+def _plain(level: Any) -> Any:
+    """A level as JSON has it."""
+    return level if isinstance(level, str) else float(level)
 
 
 def curves_of(state: CalibratedStudy, comparison: Comparison) -> dict:
@@ -99,7 +108,7 @@ def curves_of(state: CalibratedStudy, comparison: Comparison) -> dict:
     "at", "predicted", "units"}]}: `rows` are places in the comparison's rows, `levels` the condition's values there, `uncertainties`
     the standard ones of these readings, their scatter and set-up, null where unknown; the model takes the values `predicted`
     where the condition is `at`; `drawn` is "curve" where that is any value, "levels" where a rig is simulated at the measured
-    levels only, "rows" where each row has its own.
+    levels only (or a condition is a word), "rows" where each row has its own.
     """
     model = state.model
     point = model.base.copy()
@@ -147,7 +156,7 @@ def curves_at(state: CalibratedStudy, point: np.ndarray, effects: Sequence[str],
                 "uncertainties": [uncertainties[k] for k in panel.rows],
                 "units": {n: u for n, u in units.items() if n in (panel.observable, panel.condition, *panel.others)},
                 "drawn": how,
-                "at": [_short(x) for x in at],
+                "at": [x if isinstance(x, str) else _short(x) for x in at],
                 "predicted": [_short(y) for y in predicted],
             }
         )
@@ -166,7 +175,8 @@ def reading_uncertainties(state: CalibratedStudy) -> list[float | None]:
 def _drawn(panel: Panel, model: Model) -> str:
     if panel.condition is None or not panel.alike:
         return ROWS
-    return LEVELS if model.engines[panel.rig].simulates else CURVE
+    words = isinstance(panel.levels[0], str)
+    return LEVELS if words or model.engines[panel.rig].simulates else CURVE
 
 
 def _grid(panel: Panel) -> list[float]:

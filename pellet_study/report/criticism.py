@@ -18,7 +18,7 @@ from pellet_study.study.study import Study
 
 DRAWN = {
     CURVE: "Lines: what each calibrated model predicts",
-    LEVELS: "Dots, joined: what each calibrated model predicts, simulated at the measured levels only",
+    LEVELS: "Dots, joined: what each calibrated model predicts at the measured levels, and only there",
     ROWS: "Dashes and crosses: what each calibrated model predicts for the row",
 }
 MOST_WORST = 8  # rows of the table of those predicted worst

@@ -2,6 +2,7 @@
 
 import copy
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import matplotlib
@@ -15,9 +16,11 @@ from pellet_study.api.answers import Refinement
 from pellet_study.api.figures import draw_all
 from pellet_study.criticism import curves, figures
 from pellet_study.criticism.answers import noise_floor
+from pellet_study.criticism.calibration import fit_study
 from pellet_study.criticism.compare import compare
 from pellet_study.errors import InputError
 from pellet_study.output import style
+from pellet_study.study.measurements import Measurement
 from tests.helpers.make_study import command
 from tests.helpers.make_study import slip_angle_deg as slip_deg
 from tests.helpers.pictures import assert_readable
@@ -280,3 +283,53 @@ def test_long_and_chinese_names_are_folded(tied, width, name):
     told = Refinement(renamed(tied.json), tied.page, tied.study)
     for figure in draw_all(told, width).values():
         assert_readable(figure)
+
+
+def test_a_rig_that_simulates_is_drawn_at_the_measured_levels_only(tmp_path):
+    """Nothing is asked of it between them; a closed form stands in for it."""
+
+    class Simulating:
+        simulates = True
+
+        def __init__(self, engine):
+            self.engine = engine
+
+        def __getattr__(self, name):
+            return getattr(self.engine, name)
+
+    rows = layers(0.5, 80.0, (10, 15, 20, 30), 2) + layers(0.5, 80.0, (10, 15, 20, 30), 3)
+    state = fit_study(study_of(tmp_path / "s", rows))
+    found = compare(state.study, state)
+    state.model.engines = {name: Simulating(engine) for name, engine in state.model.engines.items()}
+    told = curves.curves_of(state, found)
+    (panel,) = told["panels"]
+    assert panel["drawn"] == curves.LEVELS and panel["at"] == [10, 15, 20, 30]
+    assert np.allclose(panel["predicted"], math.degrees(math.atan(found.parameters["internal_friction"])), rtol=1e-6)
+    figure = figures.readings([{"value": r.row.value, "split": "fit"} for r in found.rows], [told])
+    assert figure.axes[0].lines[0].get_marker() == "."
+    assert "model at the dots" in figure.axes[0].get_title(loc="left").replace("\N{NO-BREAK SPACE}", " ")
+
+
+def test_a_condition_that_is_a_word_has_a_place_a_word():
+    rows = [
+        Measurement("box", "angle_deg", value, None, 1, {"wall": wall, "load_n": 1.0}, {}, "", 0.0, "fit", "", k)
+        for k, (wall, value) in enumerate((("smooth", 20.0), ("rough", 35.0), ("smooth", 21.0)))
+    ]
+    (panel,) = curves.panels_of(rows)
+    assert (
+        panel.condition == "wall" and panel.levels == ("smooth", "rough", "smooth") and panel.others == {"load_n": 1.0}
+    )
+    told = {
+        **{"rig": "box", "observable": "angle_deg", "condition": "wall", "others": {"load_n": 1.0, "lid": "open"}},
+        **{"rows": [0, 1, 2], "levels": list(panel.levels), "uncertainties": [None] * 3, "drawn": curves.LEVELS},
+        **{"at": ["rough", "smooth"], "predicted": [34.0, 20.5]},
+    }
+    shown = [{"value": row.value, "split": "fit"} for row in rows]
+    axes = figures.readings(shown, [{"effects": [], "panels": [told]}]).axes[0]
+    assert list(zip(*axes.lines[0].get_data(), strict=True)) == [(0, 34.0), (1, 20.5)]
+    points = axes.containers[0].lines[0].get_xydata()
+    assert np.allclose(points[:, 1], [20, 35, 21]) and np.allclose(points[:, 0], [1, 0, 1], atol=0.01)
+    assert {text.get_text() for text in axes.get_xticklabels()} == {"rough", "smooth"}
+    assert "lid open" in axes.get_title(loc="left").replace("\N{NO-BREAK SPACE}", " ")
+    with_number = [replace(row, conditions={**row.conditions, "load_n": float(k)}) for k, row in enumerate(rows)]
+    assert {panel.condition for panel in curves.panels_of(with_number)} == {"load_n"}

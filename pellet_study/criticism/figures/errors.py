@@ -131,6 +131,10 @@ def residuals(steps: Sequence[dict], effects: Sequence[str] = (), ax: "Axes | No
             colour = look.look_of(step["effects"], effects).colour
             in_rig = [r for r in step["rows"] if r["rig"] == rig]
             place = [m if condition is None else r["conditions"][condition] for m, r in enumerate(in_rig, start=1)]
+            if isinstance(place[0], str):
+                words = sorted({r["conditions"][condition] for r in shown[0]["rows"] if r["rig"] == rig})
+                axes.set_xticks(range(len(words)), words)
+                place = [words.index(word) for word in place]
             width = (max(place) - min(place)) or 1.0
             for split, face in (("fit", colour), ("holdout", "white")):
                 numbers = [m for m, r in enumerate(in_rig) if r["split"] == split]

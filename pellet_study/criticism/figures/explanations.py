@@ -9,6 +9,7 @@ from pellet_study.criticism.explanations import TIE
 from pellet_study.criticism.verdicts import Note
 from pellet_study.output import style as look
 from pellet_study.output.style import styled
+from pellet_study.output.words import number
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
@@ -152,7 +153,8 @@ def next_measurement(proposal: dict, effects: Sequence[str] = (), ax: "Axes | No
     axes.set_ylim(-0.6, len(names) - 0.4)
     letters = look.letters_in(0.62 * look.room_for(figure, ax))
     where = ", ".join(
-        f"{look.told_label(proposal, name)} {value:.4g}" for name, value in proposal["conditions"].items()
+        f"{look.told_label(proposal, name)} {value if isinstance(value, str) else number(value)}"
+        for name, value in proposal["conditions"].items()
     )
     axes.set_title(look.folded(f"{proposal['rig']}: {where}", letters), fontsize="small")
     axes.set_xlabel(

@@ -42,9 +42,12 @@ def readings(
     figure, grid = look.new_panels(len(panels), (width, HEIGHT), (ALONE, 0.8), ax=ax)
     inches = look.room_for(figure, ax, len(panels))
     drawn: dict[str, Any] = {}
-    for k, (axes, panel) in enumerate(zip(grid, panels, strict=True)):
+    for k, (axes, told) in enumerate(zip(grid, panels, strict=True)):
+        panel = _placed(told)
         for m, (names, model) in enumerate(models.items()):
-            drawn[model_name(names)] = _draw_model(axes, model["panels"][k], look.look_of(names, effects), m)
+            drawn[model_name(names)] = _draw_model(axes, _placed(model["panels"][k]), look.look_of(names, effects), m)
+        if panel is not told:
+            axes.set_xticks(panel["levels"], told["levels"])
         _draw_readings(axes, panel, rows, drawn)
         lines = [
             look.folded(line, look.letters_in(inches - 0.6, 0.83)) for line in (panel["rig"], _said(panel)) if line
@@ -56,6 +59,15 @@ def readings(
         axes.set_ylabel(look.folded(look.told_label(panel, panel["observable"]), look.letters_in(height - 1.0)))
     look.legend_below(figure, drawn.values(), drawn.keys(), ax=ax)
     return figure
+
+
+def _placed(panel: dict) -> dict:
+    """A panel whose condition is a number; of one that is a word, with the places of the words instead of these."""
+    if not isinstance(panel["levels"][0], str):
+        return panel
+    words = sorted(set(panel["levels"]))
+    places = {name: [words.index(word) for word in panel[name]] for name in ("levels", "at")}
+    return {**panel, **places}
 
 
 def _draw_model(axes: Any, panel: dict, drawn_as: look.Look, place: int) -> Any:
@@ -102,9 +114,12 @@ def _said(panel: dict) -> str:
     """The other conditions of a panel, and how the model is drawn where that is not at any value."""
     names = [look.words(name, look.told_unit(panel, name)) for name in panel["others"]]
     values = panel["others"].values()
-    said = [f"{name} {number(v, 6)} {unit}".removesuffix(" -") for (name, unit), v in zip(names, values, strict=True)]
+    said = [
+        f"{name} {v if isinstance(v, str) else number(v, 6)} {unit}".removesuffix(" -")
+        for (name, unit), v in zip(names, values, strict=True)
+    ]
     if panel["condition"] is not None and panel["drawn"] == ROWS:
         said.append("the rest as in each row")
     if panel["drawn"] != CURVE:
-        said.append("model at the rows only" if panel["drawn"] == ROWS else "model simulated at the dots")
+        said.append("model at the rows only" if panel["drawn"] == ROWS else "model at the dots")
     return ", ".join(words.replace(" ", "\N{NO-BREAK SPACE}") for words in said)
