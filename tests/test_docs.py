@@ -21,6 +21,7 @@ STEP = re.compile(
 WALKS = (
     "first_study",
     "designs",
+    "design_tables",
     "calibrate_your_own_powder",
     "find_the_missing_effect",
     "add_a_rig_and_an_effect",

@@ -3,8 +3,8 @@
 `run` prints the readable answer; `__main__` writes what it returns to the file that `--json` names.
 A command's file is imported only when that command is called, so each pays for its own libraries alone.
 
-    arguments, design_tables < add, angle, audit, bbd, bench, calibrate, challenge, check, compare, design, diagnose, doctor, drop, history, init,
-    pb, refine, report
+    arguments, design_tables, responses < surface, wanted < add, angle, audit, bbd, bench, calibrate, challenge, check, compare, design,
+    diagnose, doctor, drop, history, init, pb, refine, report
 """
 
 COMMANDS = {

@@ -13,31 +13,48 @@ from pellet_study.commands.design_tables import (
     write_design,
     writing,
 )
+from pellet_study.commands.responses import (
+    add_response_argument,
+    each_response,
+    figure_prefix,
+    heading,
+    one_number,
+    read_tables,
+    response_columns,
+    warnings_of,
+)
+from pellet_study.commands.surface import analysed
+from pellet_study.commands.wanted import HELP, add_goal_arguments, goal_of, wants_joint
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say
 
-EXAMPLES = """\
+NOTES = """\
 TABLE.csv: factor columns in coded or physical units, the response in the last column; an empty response is a
 run that failed. A factor whose -1 is its higher level is given as --factor B=0.90,0.82.
 A column of -1, 0, 1, with axial levels such as -1.414 and 1.414 or without, is coded already; of any other the least
 and the greatest value are -1 and 1, in a composite design those of the cube; --factor says otherwise.
 CSV of any spreadsheet or statistics program (decimal commas, UTF-16, GBK too), or xlsx; columns such as StdOrder,
 RunOrder and PtType are left out, a block (day, batch) is given as --block NAME, anything else as --ignore NAME.
+"""
 
+EXAMPLES = """
 examples:
   pellet-study bbd surface.csv --factor B=0.90,0.82 --target 41.69 --uncertainty 0.79 --figures figures
   pellet-study bbd surface.csv --reduce 0.1 --predict B=0.887,C=0.319,G=0.162
   pellet-study bbd surface.csv --declare-margin 0.8
   pellet-study bbd surface.csv --target 41.69 --uncertainty 0.79 --target-n 5 --verify 41.1,41.5,40.9
+  pellet-study bbd tread.csv --response wear hardness --maximise wear=120,170 --target hardness=67.5 --limits hardness=60,75
+  pellet-study bbd cycles.csv --transform --select
   pellet-study bbd --design B=0.90,0.82 C=0.25,0.33 G=0.10,0.18 --output design.csv
 """
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
-    parser.epilog = EXAMPLES
+    parser.epilog = NOTES + HELP + EXAMPLES
     add_table_arguments(parser)
-    models = parser.add_argument_group("reduced models, beside the full one")
+    add_response_argument(parser)
+    models = parser.add_argument_group("models: reduced ones beside the full one, another scale of the response")
     models.add_argument(
         "--reduce",
         metavar="P",
@@ -47,18 +64,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="leave out terms with p above P, hierarchy kept (0.1)",
     )
     models.add_argument("--drop", metavar="BC,B2", help="leave these terms out")
+    models.add_argument("--select", action="store_true", help="leave terms out backward by AICc, hierarchy kept")
+    models.add_argument(
+        "--transform", metavar="[NAME=]HOW", action="append", nargs="?", const="",
+        help="analyse log, sqrt, inverse or a power of the response (without HOW: what Box-Cox advises, if it does)",
+    )  # fmt: skip
     models.add_argument("--predict", metavar="A=X,B=Y", help="prediction at a setting in physical units")
-    target = parser.add_argument_group("target")
-    target.add_argument("--target", type=float, help="response wanted")
-    target.add_argument(
-        "--uncertainty", type=float, default=0.0, help="its uncertainty (sd of a reading with --target-n)"
-    )
-    target.add_argument(
-        "--rule",
-        choices=("centre", "insensitive"),
-        default="centre",
-        help="which point of the set to recommend (centre)",
-    )
+    add_goal_arguments(parser)
     validation = parser.add_argument_group("validation")
     validation.add_argument("--declare-margin", metavar="M", type=float, help="write the equivalence margin down")
     validation.add_argument(
@@ -84,36 +96,70 @@ def run(arguments: argparse.Namespace) -> dict:
     check_arguments(arguments)
     if arguments.reduce is not None and not 0 < arguments.reduce < 1:
         raise InputError(f"--reduce {arguments.reduce:g}: expected a p value between 0 and 1, such as 0.1")
-    if arguments.target_n is not None and not arguments.uncertainty:
-        raise InputError(
-            f"--target-n {arguments.target_n} needs the standard deviation of a reading of the target: give it with "
-            "--uncertainty, or leave --target-n out to take the target as known"
-        )
-    if arguments.verify and arguments.target is None:
-        raise InputError("--verify needs the response to be met: give --target")
+    if arguments.select and (arguments.reduce is not None or arguments.drop is not None):
+        raise InputError("--select came with --reduce or --drop: expected one way to leave terms out")
     if arguments.design:
         return _design(arguments)
-    from pellet_study.doe import answers, box_behnken, text
-    from pellet_study.doe.design_table import read_design
     from pellet_study.doe.factors import parse_factors
 
-    table = read_design(arguments.table, parse_factors(arguments.factor), 5, arguments.ignore, arguments.block)
-    surface = box_behnken.analyse(table, arguments.alpha)
-    warnings = text.surface_warnings(surface)
-    parts = [text.surface_text(surface)]  # printed when all that was asked for could be answered
-    answer = answers.surface_answer(surface)
-    used = _reduced(arguments, surface, answer, parts)
-    _predict(arguments, used, answer, warnings, parts)
-    found = _target(arguments, used, answer, warnings, parts)
-    _validate(arguments, answer, parts)
+    tables = read_tables(arguments, parse_factors(arguments.factor), 5)
+    told = each_response(arguments, list(tables))
+    _check_goals(told)
+    joint = wants_joint(told)
+    each = {name: analysed(own, tables[name], joint) for name, own in told.items()}
+    warnings = warnings_of({name: one.warnings for name, one in each.items()})
+    parts = []  # printed when all that was asked for could be answered
+    for name, one in each.items():
+        parts += heading(name, each) + one.parts
+    answer = dict(next(iter(each.values())).answer)
+    if len(each) > 1:
+        answer["responses"] = {name: {**one.answer, "warnings": one.warnings} for name, one in each.items()}
+    if joint:
+        _joint(told, each, answer, warnings, parts)
+    _validate(next(iter(told.values())), answer, parts)
     say("\n\n".join(parts))
     answer["warnings"] = warnings
     warn(warnings)
     if arguments.figures:
-        answer["figures"] = _figures(arguments, used, found)
+        answer["figures"] = [
+            path for name, one in each.items() for path in _figures(told[name], one, figure_prefix(name, each))
+        ]
     after = "--target VALUE" if arguments.target is None else "--target ... --verify RUNS"
-    done(kept(arguments), None if arguments.verify else f"bbd {again(arguments)} {after}")
+    done(kept(arguments), None if arguments.verify or joint else f"bbd {again(arguments)} {after}")
     return answer
+
+
+def _check_goals(told: dict[str, argparse.Namespace]) -> None:
+    """Refuse what one response can be asked for and several cannot, and readings of a target without their scatter."""
+    own = next(iter(told.values()))
+    if len(told) > 1 and (own.verify or own.declare_margin is not None):
+        raise InputError("--verify and --declare-margin test one response: name it alone with --response, and the "
+                         "others with --ignore")  # fmt: skip
+    if wants_joint(told) and own.rule != "centre":
+        raise InputError(f"--rule {own.rule} picks a point that meets the target of one response on its own scale: leave it "
+                         "out, the desirability picks the point here")  # fmt: skip
+    if own.target_n is not None and not one_number("uncertainty", own.uncertainty):
+        raise InputError(
+            f"--target-n {own.target_n} needs the standard deviation of a reading of the target: give it with "
+            "--uncertainty, or leave --target-n out to take the target as known"
+        )
+    if own.verify and own.target is None:
+        raise InputError("--verify needs the response to be met: give --target")
+
+
+def _joint(told: dict, each: dict, answer: dict, warnings: list[str], parts: list[str]) -> None:
+    """The settings that meet the goals of all responses that have one."""
+    from pellet_study.doe import text
+    from pellet_study.doe.joint_set import joint_set
+    from pellet_study.doe.response_answers import joint_answer
+    from pellet_study.doe.response_text import joint_text
+
+    goals = {name: goal for name, own in told.items() if (goal := goal_of(own, each[name].response)) is not None}
+    found = joint_set([each[name].response for name in goals], list(goals.values()))
+    parts.append(joint_text(found))
+    if found.extrapolation:
+        warnings.append(text.EXTRAPOLATION)
+    answer["joint"] = joint_answer(found)
 
 
 def _design(arguments) -> dict:
@@ -142,68 +188,12 @@ def _design(arguments) -> dict:
     matrix = columns_of(coded, quadratic_terms([factor.name for factor in factors]))
     if blocks is None:
         blocks = blocking.surface_blocks(coded, matrix, arguments.blocks)
-    sheet = run_sheet(coded, factors, blocks, arguments.seed, model_matrix=matrix)
+    sheet = run_sheet(coded, factors, blocks, arguments.seed, response_columns(arguments), matrix)
     return write_design(sheet, arguments.output, arguments.force, "bbd")
 
 
-def _reduced(arguments, surface, answer: dict, parts: list[str]):
-    """The reduced model where one was asked for, else the full one: what predictions and the target use."""
-    if arguments.drop is None and arguments.reduce is None:
-        return surface
-    from pellet_study.doe import answers, box_behnken, text
-    from pellet_study.doe.linear_model import resolve_terms
-
-    dropped = resolve_terms(arguments.drop, surface.model.terms) if arguments.drop else []
-    reduced = box_behnken.without(surface, dropped) if dropped else surface
-    if arguments.reduce is not None:
-        reduced, more = box_behnken.reduce_backward(reduced, arguments.reduce)
-        dropped += more
-    parts.append(
-        f"Reduced model, without {', '.join(dropped) or 'nothing'}{text.SELECTED if dropped else ''}\n\n"
-        + text.surface_text(reduced)
-    )
-    answer["reduced"] = {"dropped": dropped, **answers.surface_answer(reduced), "p_follow_selection": bool(dropped)}
-    return reduced
-
-
-def _predict(arguments, surface, answer: dict, warnings: list[str], parts: list[str]) -> None:
-    if not arguments.predict:
-        return
-    from pellet_study.doe import answers, text
-    from pellet_study.doe.factors import parse_levels
-    from pellet_study.doe.linear_model import interval
-    from pellet_study.tables.headers import found_in
-
-    levels = parse_levels(arguments.predict)
-    levels = {found_in(name, surface.table.names) or name: level for name, level in levels.items()}
-    missing = set(surface.table.names) ^ set(levels)
-    if missing:
-        raise InputError(
-            f"--predict and the table disagree on {sorted(missing)[0]!r}: expected one level of every factor "
-            f"({', '.join(surface.table.names)})"
-        )
-    found = interval(surface.model, [[float(f.coded(levels[f.name])) for f in surface.table.factors]], surface.alpha)
-    parts.append(text.prediction_text(levels, found))
-    if found.extrapolation:
-        warnings.append(text.EXTRAPOLATION)
-    answer["prediction"] = answers.interval_answer(found)
-
-
-def _target(arguments, surface, answer: dict, warnings: list[str], parts: list[str]):
-    if arguments.target is None:
-        return None
-    from pellet_study.doe import answers, optimum, text
-
-    found = optimum.target_set(surface, arguments.target, arguments.uncertainty, arguments.rule)
-    parts.append(text.target_text(found))
-    if found.prediction.extrapolation:
-        warnings.append(text.EXTRAPOLATION)
-    answer["optimum"] = answers.target_answer(found)
-    return found
-
-
 def _validate(arguments, answer: dict, parts: list[str]) -> None:
-    """Declare the margin, or test the validation runs against the one declared."""
+    """Declare the margin of the only response, or test its validation runs against the one declared."""
     path = arguments.margin_file or arguments.table.parent / "margin.json"
     from pellet_study.doe import answers, text, validation
 
@@ -219,9 +209,10 @@ def _validate(arguments, answer: dict, parts: list[str]) -> None:
     if not arguments.verify:
         return
     runs = validation.sample_of(_readings(arguments.verify))
-    target = validation.Sample(arguments.target)
+    target = validation.Sample(one_number("target", arguments.target))
     if arguments.target_n is not None:
-        target = validation.Sample(arguments.target, arguments.uncertainty, arguments.target_n)
+        sd = one_number("uncertainty", arguments.uncertainty)
+        target = validation.Sample(target.mean, sd, arguments.target_n)
     found = validation.equivalence(runs, target, validation.read_margin(path), arguments.alpha)
     parts.append(text.equivalence_text(found))
     answer["validation"] = answers.equivalence_answer(found)
@@ -234,16 +225,19 @@ def _readings(text: str) -> list[float]:
         raise InputError(f"--verify {text}: expected numbers separated by commas, such as 41.1,41.5,40.9") from None
 
 
-def _figures(arguments, surface, found) -> list[str]:
+def _figures(own, one, prefix: str) -> list[str]:
     from pellet_study.doe import figures
     from pellet_study.doe.labels import degraded
 
+    surface = one.response.surface
     warn(degraded(surface.table.names, str(surface.table.response.name)))
     drawn = {
-        "response_surface": figures.surface_contours(surface, found, arguments.unit),
-        "predicted_observed": figures.predicted_observed(surface, arguments.unit),
+        "response_surface": figures.surface_contours(surface, one.target_set, own.unit),
+        "predicted_observed": figures.predicted_observed(surface, own.unit),
     }
     if surface.saturated:
         drawn["half_normal"] = figures.half_normal(surface.scaled_effects, surface.lenth, names=surface.table.names)
-    with writing(arguments.figures):
-        return [str(path) for path in figures.save(drawn, arguments.figures)]
+    with writing(own.figures):
+        return [
+            str(path) for path in figures.save({prefix + name: figure for name, figure in drawn.items()}, own.figures)
+        ]

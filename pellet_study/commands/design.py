@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pellet_study.commands.design_tables import save_sheet, warn
+from pellet_study.commands.responses import others_of
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say
 
@@ -68,6 +69,8 @@ def _add_table(verb: argparse.ArgumentParser) -> None:
                       help="levels coded -1 and +1; NAME=WORD,WORD is categorical")  # fmt: skip
     verb.add_argument("--ignore", metavar="NAME", action="append", default=[], help="a column that is no factor")
     verb.add_argument("--block", metavar="NAME", action="append", default=[], help="a column that says which block")
+    verb.add_argument("--response", metavar="NAME", nargs="+", action="extend", default=[],
+                      help="columns that are responses, after TABLE.csv (default: the last column)")  # fmt: skip
     verb.add_argument(
         "--json", metavar="FILE", type=Path, default=argparse.SUPPRESS, help="also write the answer as JSON"
     )
@@ -78,7 +81,9 @@ def run(arguments: argparse.Namespace) -> dict:
     from pellet_study.doe.factors import parse_factors
     from pellet_study.doe.planned_table import read_planned
 
-    table = read_planned(arguments.table, parse_factors(arguments.factor), arguments.ignore, arguments.block)
+    others_of(arguments)  # each named once
+    factors = parse_factors(arguments.factor)
+    table = read_planned(arguments.table, factors, arguments.ignore, arguments.block, arguments.response)
     answer = {
         "power": _power, "score": _score, "fold": _fold, "axial": _axial, "repair": _repair,
     }[arguments.verb](arguments, table)  # fmt: skip
@@ -190,7 +195,7 @@ def _repair(arguments, table) -> dict:
     answer = {**plain(found), "rows": [table.lines[i] for i in found.repeated]}
     seed = new_seed() if arguments.seed is None else arguments.seed
     frame = runs_to_repeat(table, found.repeated, seed)
-    save_sheet(frame, arguments.output, arguments.force, seed, len(found.repeated))
+    save_sheet(frame, arguments.output, arguments.force, seed, len(found.repeated), len(arguments.response) or 1)
     if arguments.output:
         done(arguments.output)
     return answer
@@ -205,11 +210,13 @@ def _extend(arguments, table, added, command: str, others: Sequence[str] = (), s
 
     seed = new_seed() if arguments.seed is None else arguments.seed
     frame = extended(table, added, next_block(table), seed)
-    save_sheet(frame, arguments.output, arguments.force, seed, len(added))
+    save_sheet(frame, arguments.output, arguments.force, seed, len(added), len(arguments.response) or 1)
     if arguments.output:
         words = [word for name in others for word in ("--ignore", name)]
         for factor in table.factors:
             if factor.name in surface or (command == "pb" and (factor.levels or factor.low > factor.high)):
                 words += ["--factor", factor.declaration]
+        if arguments.response:
+            words += ["--response", *arguments.response]
         done(arguments.output, f"{command} {shlex.join([str(arguments.output), '--block', 'block', *words])}")
     return {"seed": seed, "runs": len(frame), "added": len(added)}

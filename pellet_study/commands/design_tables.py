@@ -23,7 +23,7 @@ def add_table_arguments(parser: argparse.ArgumentParser) -> None:
         help="a column that says in which block (day, batch) a run was made: fitted beside the factors",
     )  # fmt: skip
     parser.add_argument("--alpha", type=float, default=0.05, help="significance level (0.05)")
-    parser.add_argument("--unit", default="", help="unit of the response, for the figures")
+    parser.add_argument("--unit", metavar="[NAME=]UNIT", action="append", help="unit of the response, for the figures")
     parser.add_argument("--figures", metavar="DIR", type=Path, help="write the figures there (PNG)")
 
 
@@ -38,6 +38,8 @@ def again(arguments: argparse.Namespace) -> str:
     words = [str(arguments.table)]
     for option in ("factor", "ignore", "block"):
         words += [word for given in getattr(arguments, option) for word in (f"--{option}", given)]
+    if arguments.response:
+        words += ["--response", *arguments.response]
     return shlex.join(words)
 
 
@@ -50,7 +52,17 @@ def check_arguments(arguments: argparse.Namespace) -> None:
         If there is neither a table nor a design to make, or alpha is no level.
     """
     if (arguments.table is None) == (arguments.design is None):
-        raise InputError("expected a table to analyse (TABLE.csv) or a design to make (--design), one of the two")
+        taking = (
+            "response",
+            "maximise",
+            "minimise",
+            "transform",
+        )  # options that may have taken the table for their value
+        taken = not arguments.design and any(getattr(arguments, option, None) for option in taking)
+        after = "; the table stands before --response and the like" if taken else ""
+        raise InputError(
+            f"expected a table to analyse (TABLE.csv) or a design to make (--design), one of the two{after}"
+        )
     if not 0 < arguments.alpha < 1:
         raise InputError(f"--alpha {arguments.alpha:g}: expected a level between 0 and 1, such as 0.05")
 
@@ -105,7 +117,8 @@ def write_design(sheet, path: Path | None, force: bool, command: str) -> dict:
 
     from pellet_study.doe.design_text import blocks_text
 
-    save_sheet(sheet.frame, path, force, sheet.seed, len(sheet.frame))
+    to_fill = [name for name in sheet.frame.columns if (sheet.frame[name] == "").all()]
+    save_sheet(sheet.frame, path, force, sheet.seed, len(sheet.frame), len(to_fill))
     words = blocks_text(sheet)
     if words:
         print(words, file=sys.stdout if path else sys.stderr)
@@ -114,6 +127,8 @@ def write_design(sheet, path: Path | None, force: bool, command: str) -> dict:
         for factor in sheet.factors:
             if factor.levels or factor.low > factor.high or abs(sheet.coded).max() > 1:
                 words_again += ["--factor", factor.declaration]
+        if len(to_fill) > 1:
+            words_again += ["--response", *to_fill]
         done(path, f"{command} {shlex.join([str(path), *words_again])}")
     return {
         "runs": len(sheet.frame),
@@ -125,8 +140,8 @@ def write_design(sheet, path: Path | None, force: bool, command: str) -> dict:
     }
 
 
-def save_sheet(frame, path: Path | None, force: bool, seed: int, n_new: int) -> None:
-    """Write a table with runs to make, or print it as CSV; says how many and in which order.
+def save_sheet(frame, path: Path | None, force: bool, seed: int, n_new: int, n_responses: int = 1) -> None:
+    """Write a table with runs to make, or print it as CSV; says how many and in which order, and what to fill in.
 
     Raises
     ------
@@ -145,7 +160,8 @@ def save_sheet(frame, path: Path | None, force: bool, seed: int, n_new: int) -> 
         )
     with writing(path):
         write_sheet(frame, path)
+    columns = "the last column" if n_responses == 1 else f"the last {n_responses} columns"
     runs = f"{len(frame)} runs" if n_new == len(frame) else f"{len(frame)} runs, {n_new} of them to make,"
     print(
-        f"{runs} written to {path} in random order (seed {seed}): make them in the order of the column run, fill the last column in"
+        f"{runs} written to {path} in random order (seed {seed}): make them in the order of the column run, fill {columns} in"
     )

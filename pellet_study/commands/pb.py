@@ -2,7 +2,9 @@
 
 import argparse
 import shlex
+from dataclasses import dataclass
 from pathlib import Path
+from typing import Any
 
 from pellet_study.commands.design_tables import (
     add_making_arguments,
@@ -13,19 +15,32 @@ from pellet_study.commands.design_tables import (
     write_design,
     writing,
 )
+from pellet_study.commands.responses import (
+    add_response_argument,
+    each_response,
+    figure_prefix,
+    heading,
+    others_of,
+    read_tables,
+    response_columns,
+    warnings_of,
+)
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say
+from pellet_study.tables.headers import found_in
 
 EXAMPLES = """\
 TABLE.csv: factor columns in coded or physical units, the response in the last column; an empty response is a
 run that failed. Rows in any order, centre points and replicates welcome.
 CSV of any spreadsheet or statistics program (decimal commas, UTF-16, GBK too), or xlsx; columns such as StdOrder,
 RunOrder and PtType are left out, a block (day, batch) is given as --block NAME, anything else as --ignore NAME.
+Several responses: --response NAME NAME (after the table), each analysed; the other columns are factors.
 R2 and its kin leave out the curvature (the centre points), C.V. is in percent of the mean of all runs.
 
 examples:
   pellet-study pb screening.csv --figures figures --json answer.json
   pellet-study pb screening.csv --factor B=0.7,0.9 --climb gradient --climb-factors B,C,G
+  pellet-study pb screening.csv --response yield cost --unit yield=%
   pellet-study pb screening.csv --climb equal --climb-start worst --climb-runs climb.csv --target 41.69
   pellet-study pb --design A=0.05,0.25 B=0.7,0.9 C=0.25,0.45 --centre 3 --output design.csv
 """
@@ -35,6 +50,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.epilog = EXAMPLES
     add_table_arguments(parser)
+    add_response_argument(parser)
     climb = parser.add_argument_group("steepest climb")
     climb.add_argument(
         "--climb", choices=("gradient", "equal"), help="path along the gradient, or by equal coded steps"
@@ -65,37 +81,69 @@ def run(arguments: argparse.Namespace) -> dict:
         raise InputError("--climb-step and --climb-factors shape a path: give --climb gradient or --climb equal too")
     if arguments.design:
         return _design(arguments)
-    from pellet_study.doe import answers, plackett_burman, text
-    from pellet_study.doe.cautions import climb_cautions
-    from pellet_study.doe.design_table import read_design
+    if len(arguments.response) > 1 and (arguments.climb or arguments.climb_runs):
+        raise InputError("a climb follows one response: name it alone with --response, and the others with --ignore")
     from pellet_study.doe.factors import parse_factors
     from pellet_study.doe.path_table import ignored_in
 
     factors = parse_factors(arguments.factor)
     if any(len(factor.levels) > 2 for factor in factors):
         return _levels(arguments, factors)
-    tables = [arguments.table, *([arguments.climb_runs] if arguments.climb_runs else [])]
-    ignore, *ignore_runs = ignored_in(tables, arguments.ignore) if arguments.ignore else [[]] * len(tables)
-    table = read_design(arguments.table, factors, 3, ignore, arguments.block)
-    screening = plackett_burman.analyse(table, arguments.alpha)
+    files = [arguments.table, *([arguments.climb_runs] if arguments.climb_runs else [])]
+    ignore, *ignore_runs = ignored_in(files, arguments.ignore) if arguments.ignore else [[]] * len(files)
+    tables = read_tables(arguments, factors, 3, ignore)
+    told = each_response(arguments, list(tables))
+    each = {name: _screened(own, tables[name], ignore_runs) for name, own in told.items()}
+    for k, (name, one) in enumerate(each.items()):
+        say("\n".join(([""] if k else []) + heading(name, each) + [one.words]))
+    if len(each) > 1:
+        from pellet_study.doe.response_text import screenings_text
+
+        say("\n" + screenings_text([one.screening for one in each.values()]))
+    warnings = warnings_of({name: one.answer["warnings"] for name, one in each.items()})
+    warn(warnings)
+    first = next(iter(each.values()))
+    answer = first.answer
+    if len(each) > 1:
+        answer = {**answer, "warnings": warnings, "responses": {name: one.answer for name, one in each.items()}}
+    if arguments.figures:
+        answer["figures"] = [
+            path for name, one in each.items() for path in _figures(told[name], one, figure_prefix(name, each))
+        ]
+    done(kept(arguments), _next([one.screening for one in each.values()]))
+    return answer
+
+
+@dataclass
+class Screened:
+    """One response: its screening, its climb, its answer and the words of it."""
+
+    screening: Any
+    climb: Any
+    answer: dict
+    words: str
+
+
+def _screened(own, table, ignore_runs) -> Screened:
+    """The analysis of one response, with its climb and the runs made on it."""
+    from pellet_study.doe import answers, plackett_burman, text
+    from pellet_study.doe.cautions import climb_cautions
+
+    screening = plackett_burman.analyse(table, own.alpha)
     warnings = text.screening_warnings(screening)
     answer = {**answers.screening_answer(screening), "warnings": warnings}
-    climb = _climb(arguments, screening)
+    climb = _climb(own, screening)
     if climb:
         warnings += climb_cautions(climb, screening)
-    turning = _turning(arguments, table, warnings, ignore_runs)
-    say(text.screening_text(screening))
+    turning = _turning(own, table, warnings, ignore_runs)
+    words = [text.screening_text(screening)]
     if climb:
-        say("\n" + text.climb_text(climb))
+        words.append(text.climb_text(climb))
         answer["climb"] = answers.climb_answer(climb)
     if turning:
-        say("\n" + text.turning_text(turning))
+        words.append(text.turning_text(turning))
         answer["turning"] = answers.turning_answer(turning)
-    warn(warnings)
-    if arguments.figures:
-        answer["figures"] = _figures(arguments, screening, climb)
-    done(kept(arguments), _next(screening))
-    return answer
+    return Screened(screening, climb, answer, "\n\n".join(words))
 
 
 def _levels(arguments, factors) -> dict:
@@ -108,22 +156,38 @@ def _levels(arguments, factors) -> dict:
             "a factor has three or more named levels: expected no --climb, --climb-runs or --figures then; leave them out, "
             "or analyse the table at two of the levels"
         )
-    found = categorical.read_levels(arguments.table, factors, arguments.ignore, arguments.block, arguments.alpha)
-    say(design_text.levels_text(found))
-    warn(found.notes)
+    each: dict[str, dict] = {}
+    notes: dict[str, list[str]] = {}
+    for name, others in others_of(arguments):
+        found = categorical.read_levels(
+            arguments.table, factors, [*arguments.ignore, *others], arguments.block, arguments.alpha, name
+        )
+        say(
+            "\n".join(
+                ([""] if each else []) + heading(found.response, arguments.response) + [design_text.levels_text(found)]
+            )
+        )
+        p = {row["source"]: row["p"] for row in found.anova}
+        each[found.response] = {**plain(found), "p": p, "warnings": found.notes}
+        notes[found.response] = found.notes
+    warnings = warnings_of(notes)
+    warn(warnings)
     done(kept(arguments))
-    return {**plain(found), "p": {row["source"]: row["p"] for row in found.anova}, "warnings": found.notes}
+    first = next(iter(each.values()))
+    return {**first, "warnings": warnings, "responses": each} if len(each) > 1 else first
 
 
-def _next(screening) -> str | None:
-    """The design of a surface in the factors that are clear; None where there are not two of them."""
+def _next(screenings) -> str | None:
+    """The design of a surface in the factors that are clear of any response; None where there are not two of them."""
     from pellet_study.doe.steepest_climb import significant
 
-    clear = sorted(significant(screening))
+    clear = sorted({name for screening in screenings for name in significant(screening)})
     if len(clear) < 2:
         return None
     words = " ".join(shlex.quote(f"{name}=LOW,HIGH") for name in clear)
-    return f"bbd --design {words}" + (" --face-centred" if len(clear) == 2 else "")
+    names = [str(screening.table.response.name) for screening in screenings]
+    responses = f" --response {shlex.join(names)}" if len(names) > 1 else ""
+    return f"bbd --design {words}" + (" --face-centred" if len(clear) == 2 else "") + responses
 
 
 def _design(arguments) -> dict:
@@ -138,7 +202,7 @@ def _design(arguments) -> dict:
     coded = plackett_burman.with_words(plain, factors, arguments.blocks)
     blocks = blocking.screening_blocks(plain, arguments.blocks)
     matrix = np.column_stack([np.ones(len(coded)), coded])
-    sheet = run_sheet(coded, factors, blocks, arguments.seed, model_matrix=matrix)
+    sheet = run_sheet(coded, factors, blocks, arguments.seed, response_columns(arguments), matrix)
     return write_design(sheet, arguments.output, arguments.force, "pb")
 
 
@@ -149,20 +213,30 @@ def _climb(arguments, screening):
     from pellet_study.doe import steepest_climb
     from pellet_study.doe.factors import parse_levels, parse_range
 
-    names = arguments.climb_factors.split(",") if arguments.climb_factors else None
+    known = screening.table.names
+    names = arguments.climb_factors and [_meant(name, known) for name in arguments.climb_factors.split(",")]
     model, factors = steepest_climb.first_order_model(screening, names)
     step = next(iter(parse_levels(arguments.climb_step).items())) if arguments.climb_step else None
+    limits = dict(parse_range(word) for word in arguments.climb_limits)
     return steepest_climb.path(
         model,
         factors,
         points=arguments.climb_points,
         equal_steps=arguments.climb == "equal",
         start=arguments.climb_start,
-        step=step,
-        limits=dict(parse_range(word) for word in arguments.climb_limits),
+        step=step and (_meant(step[0], known), step[1]),
+        limits={_meant(name, known): ends for name, ends in limits.items()},
         ascend=not arguments.descend,
         alpha=arguments.alpha,
     )
+
+
+def _meant(name: str, names: list[str]) -> str:
+    """The factor that is meant, its unit said or not."""
+    found = found_in(name.strip(), names)
+    if found is None:
+        raise InputError(f"{name!r} is no factor of the table: its factors are {', '.join(names)}")
+    return found
 
 
 def _turning(arguments, table, warnings: list[str], ignore: list[list[str]]):
@@ -179,18 +253,21 @@ def _turning(arguments, table, warnings: list[str], ignore: list[list[str]]):
     return steepest_climb.turning(runs, arguments.target, ascend, units)
 
 
-def _figures(arguments, screening, climb) -> list[str]:
+def _figures(own, one: Screened, prefix: str) -> list[str]:
     from pellet_study.doe import figures
     from pellet_study.doe.labels import degraded
 
+    screening, climb = one.screening, one.climb
     warn(degraded(screening.table.names))
     drawn = {
-        "pareto": figures.pareto(screening, arguments.unit),
+        "pareto": figures.pareto(screening, own.unit),
         "half_normal": figures.half_normal(
-            screening.effects, screening.lenth, arguments.unit, screening.noise_contrasts, screening.table.names
+            screening.effects, screening.lenth, own.unit, screening.noise_contrasts, screening.table.names
         ),
     }
     if climb is not None:
-        drawn["climb"] = figures.climb_path(climb, arguments.unit, arguments.target, screening.table.names)
-    with writing(arguments.figures):
-        return [str(path) for path in figures.save(drawn, arguments.figures)]
+        drawn["climb"] = figures.climb_path(climb, own.unit, own.target, screening.table.names)
+    with writing(own.figures):
+        return [
+            str(path) for path in figures.save({prefix + name: figure for name, figure in drawn.items()}, own.figures)
+        ]

@@ -12,6 +12,7 @@ from pellet_study.criticism.constancy import Drift
 from pellet_study.criticism.verdicts import Note
 from pellet_study.output.words import number, probability
 from pellet_study.rigs.catalogue import Catalogue, Effect
+from pellet_study.rigs.declared import Condition
 from pellet_study.study.study import Study
 
 MOST_ASSUMED = 6  # parameters at their defaults that are spelt out
@@ -90,7 +91,7 @@ class Proposal:
 
     rig: str
     observable: str
-    conditions: Mapping[str, float]
+    conditions: Mapping[str, Condition]
     predictions: tuple[Prediction, ...]
     separation: float
 
@@ -138,9 +139,14 @@ def drift_words(drift: Drift) -> str:
     elif drift.shape == "bends":
         way = "upwards" if drift.z > 0 else "downwards"
         what = f"{drift.parameter} would have to bend {way} over {drift.condition} ({drift.rig})"
-    else:
+    elif drift.shape == "rises":
         what = (
             f"{drift.parameter} would have to {'rise' if drift.z > 0 else 'fall'} with {drift.condition} ({drift.rig})"
+        )
+    else:
+        what = (
+            f"{drift.parameter} would have to be {'higher' if drift.z > 0 else 'lower'} where {drift.condition} is "
+            f"{drift.shape} ({drift.rig})"
         )
     return f"{what}, z = {drift.z:.1f}, p {probability(drift.p)}"
 

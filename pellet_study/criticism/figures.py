@@ -81,6 +81,10 @@ def residuals(steps: Sequence[dict], ax: "Axes | None" = None) -> "Figure":
         for k, step in enumerate(shown):
             in_rig = [r for r in step["rows"] if r["rig"] == rig]
             place = [m if condition is None else r["conditions"][condition] for m, r in enumerate(in_rig, start=1)]
+            if isinstance(place[0], str):
+                words = sorted({r["conditions"][condition] for r in shown[0]["rows"] if r["rig"] == rig})
+                axes.set_xticks(range(len(words)), words)
+                place = [words.index(word) for word in place]
             width = (max(place) - min(place)) or 1.0
             for split, face in (("fit", SERIES[1 - k]), ("holdout", "white")):
                 numbers = [m for m, r in enumerate(in_rig) if r["split"] == split]

@@ -63,7 +63,7 @@ def contrasts(name: str, values, levels: tuple[str, ...]) -> dict[str, np.ndarra
     return {f"{name}[{level}]": (codes == k) * 1.0 - (codes == last) for k, level in enumerate(levels[:-1])}
 
 
-def read_levels(path: Path, factors, ignore=(), blocks=(), alpha: float = 0.05) -> LevelAnalysis:
+def read_levels(path: Path, factors, ignore=(), blocks=(), alpha: float = 0.05, response=None) -> LevelAnalysis:
     """Analyse a table with factors at three or more named levels.
 
     Parameters
@@ -72,6 +72,8 @@ def read_levels(path: Path, factors, ignore=(), blocks=(), alpha: float = 0.05) 
         See `design_table.read_design`.
     factors : list of Factor
         The categorical ones with their levels, others where their levels must be named.
+    ignore, blocks, response
+        See `design_table.read_design`.
 
     Raises
     ------
@@ -79,7 +81,7 @@ def read_levels(path: Path, factors, ignore=(), blocks=(), alpha: float = 0.05) 
         As `read_design`; also where a level was never run, or the runs do not separate the factors.
     """
     categories = {factor.name: factor.levels for factor in factors if factor.levels}
-    found = read_columns(path, ignore, blocks, [factor.name for factor in factors], categories)
+    found = read_columns(path, ignore, blocks, [factor.name for factor in factors], categories, response=response)
     many = {found_in(f.name, list(found.frame.columns)): f for f in factors if len(f.levels) > 2}
     others = [f for f in factors if len(f.levels) <= 2]
     rest = found.frame.drop(columns=list(many))

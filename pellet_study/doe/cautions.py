@@ -40,7 +40,7 @@ def surface_cautions(surface: Surface) -> list[str]:
     """What speaks against a fitted surface."""
     found = []
     helps = surface.box_cox is not None and surface.box_cox.transformation_needed
-    transform = ", transform the response (Box-Cox)" if helps else ""
+    transform = ", transform the response (--transform)" if helps else ""
     if surface.lack_of_fit_p is not None and surface.lack_of_fit_p < surface.alpha:
         found.append(
             f"the lack of fit is significant ({p_in_words(surface.lack_of_fit_p)}): the surface misses the runs by more "
@@ -49,6 +49,23 @@ def surface_cautions(surface: Surface) -> list[str]:
         )
     found += _worse_than_mean(surface, "leave terms out (--reduce), or run more")
     found += _far_stationary(surface)
+    return found
+
+
+def selection_cautions(selected: Surface) -> list[str]:
+    """What speaks against a model that AICc selected."""
+    found = []
+    if len(selected.model.terms) == 1:
+        found.append(
+            f"--select left no term: with {len(selected.model.response)} runs AICc holds none worth its price, and the "
+            "selected model is the mean of all runs, which no setting changes; predict with the full model (without "
+            "--select), or run more"
+        )
+    if selected.lack_of_fit_p is not None and selected.lack_of_fit_p < selected.alpha:
+        found.append(
+            f"the lack of fit of the selected model is significant ({p_in_words(selected.lack_of_fit_p)}): --select left out "
+            "what acts; use the full model (without --select) or --reduce, which leaves out by p values"
+        )
     return found
 
 

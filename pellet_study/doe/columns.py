@@ -1,7 +1,7 @@
 """Which columns of a table are factors and response, which are blocks, and which are bookkeeping to be left out."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
 
@@ -139,6 +139,7 @@ def read_columns(
     factors: Sequence[str] = (),
     categories: Mapping[str, tuple[str, ...]] = MappingProxyType({}),
     unmeasured: bool = False,
+    response: str | None = None,
 ) -> Columns:
     """The columns of a table as numbers, each in its role.
 
@@ -153,6 +154,8 @@ def read_columns(
         {factor: its levels in words}: of two the first is read as -1 and the second as 1, of more as 0, 1, 2, ...
     unmeasured : bool
         Keep runs without a response (NaN), as in the sheet of a design that is not run yet.
+    response : str, optional
+        The response's column, where it is not the last.
 
     Raises
     ------
@@ -161,6 +164,9 @@ def read_columns(
     """
     raw = read_raw(path)
     check_header(raw.header, path)
+    if response is not None:
+        raw = _response_last(raw, response, [*ignore, *blocks], path)
+        factors = [*factors, raw.header[-1]]
     known = {kind: [_known(name, raw.header, kind, path) for name in names] for kind, names in
              (("ignore", ignore), ("use as block", blocks))}  # fmt: skip
     given = {found_in(name, raw.header) for name in factors}
@@ -190,6 +196,22 @@ def read_columns(
         for name in dict.fromkeys(known["use as block"])
     ]
     return Columns(frame, lines, notes + failed, found, [name for name, why in left_out if why != "empty"])
+
+
+def _response_last(raw: Raw, response: str, taken: Sequence[str], path: Path) -> Raw:
+    """The table with the response's column moved to the end."""
+    name = _known(response, raw.header, "take for the response", path)
+    if name in {found_in(other, raw.header) for other in taken}:
+        raise InputError(
+            f"column {name!r} of {path} is a response and is to be left out or a block as well: expected one of them; name "
+            "each response once with --response, and not with --ignore or --block"
+        )
+    i = raw.header.index(name)
+
+    def moved(cells: list[str]) -> list[str]:
+        return [*cells[:i], *cells[i + 1 :], cells[i]]
+
+    return replace(raw, header=moved(raw.header), rows=[(line, moved(row)) for line, row in raw.rows])
 
 
 def _known(name: str, header: list[str], kind: str, path: Path) -> str:
@@ -312,8 +334,6 @@ def _numbers(raw: Raw, kept: list[int], path: Path, words: dict[int, dict[str, f
         lines.append(line)
         used.append(k)
     if not values:
-        raise InputError(
-            f"no run of {path} has a value in its last column {raw.header[last]!r}: the response is missing"
-        )
+        raise InputError(f"no run of {path} has a value in the column {raw.header[last]!r}: the response is missing")
     frame = pd.DataFrame(np.array(values, dtype=float), columns=[raw.header[i] for i in kept])
     return frame, lines, used, notes

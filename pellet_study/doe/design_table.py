@@ -64,6 +64,7 @@ def read_design(
     max_levels: int = 3,
     ignore: Sequence[str] = (),
     blocks: Sequence[str] = (),
+    response: str | None = None,
 ) -> DesignTable:
     """The table of a design with its levels coded; see `levels` for how.
 
@@ -80,6 +81,8 @@ def read_design(
         Columns that are neither factor nor response, such as an operator.
     blocks : list of str
         Columns that say in which block a run was made.
+    response : str, optional
+        The response's column, where it is not the last; runs without a value of it are left out.
 
     Raises
     ------
@@ -88,7 +91,7 @@ def read_design(
         level that is not in the middle, factors given that the table has not.
     """
     categories = {factor.name: factor.levels for factor in factors if factor.levels}
-    found = read_columns(path, ignore, blocks, [factor.name for factor in factors], categories)
+    found = read_columns(path, ignore, blocks, [factor.name for factor in factors], categories, response=response)
     words = [f"{name}: -1 is {levels[0]}, +1 is {levels[1]}" for name, levels in categories.items()]
     return code_design(
         found.frame, factors, found.lines, found.notes + words, max_levels, str(path), found.blocks, found.left_out
@@ -126,14 +129,14 @@ def _check_response(frame, names, lines, source) -> None:
     response = frame.columns[-1]
     if np.ptp(frame[response]) <= 1e-12 * np.abs(frame[response]).max() and len(frame) > 1:
         raise InputError(
-            f"the last column {response!r} of {source} is {frame[response].iloc[0]:g} in every row (rows "
+            f"the response column {response!r} of {source} is {frame[response].iloc[0]:g} in every row (rows "
             f"{lines[0]} to {lines[-1]}): expected the measured response, which varies; put it in the last "
             "column"
         )
     coded = set(frame[response].round(9)) <= {-1.0, 0.0, 1.0} and np.abs(frame[response]).max() > 0.5
     if coded or _looks_like_a_factor(frame):
         raise InputError(
-            f"the last column {response!r} of {source} holds the levels of a factor in rows {lines[0]} to "
+            f"the response column {response!r} of {source} holds the levels of a factor in rows {lines[0]} to "
             f"{lines[-1]}: the response column is missing; expected the measured values in the last column"
         )
 

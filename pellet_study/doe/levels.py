@@ -174,7 +174,8 @@ def _check(coded: pd.Series, values: pd.Series, lines, max_levels: int, given: b
             f"column {coded.name!r} of {source} has {len(levels)} different values (row {lines[0]}: "
             f"{values.iloc[0]:g}, row {lines[1]}: {values.iloc[1]:g}, ...): not a design; expected at most "
             f"{max_levels} levels (low, middle, high). Leave out a column that is no factor, such as a run "
-            "number, with --ignore" + (_as_run(values) if max_levels > 3 else "")
+            "number, with --ignore, and name the responses where there are several with --response"
+            + (_as_run(values) if max_levels > 3 else "")
         )
     if composite or (is_coded(values) and np.abs(values).max() > 1):
         return []

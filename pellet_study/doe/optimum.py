@@ -9,31 +9,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pellet_study.doe import coded_box
 from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.linear_model import Interval, columns_of, interval
 from pellet_study.errors import InputError
-
-SAMPLE_POWER = 16
-"""2^16 Sobol points fill the box; volume fractions are good to about 0.001."""
 
 RULES = {
     "centre": "nearest to the centre of the box in coded units",
     "insensitive": "smallest slope of the predicted response in coded units",
 }
-
-
-@dataclass(frozen=True)
-class Extent:
-    """Range of a factor on the settings that meet the target, coded and physical (in coded order)."""
-
-    name: str
-    coded: tuple[float, float]
-    physical: tuple[float, float]
-
-    @property
-    def unidentified(self) -> bool:
-        """Whether the response leaves the factor anywhere in its range."""
-        return self.coded[0] < -0.999 and self.coded[1] > 0.999
 
 
 @dataclass(frozen=True)
@@ -91,8 +75,8 @@ class TargetSet:
     fraction: float
     fraction_one_percent: float
     fraction_not_excluded: float | None
-    extents: list[Extent]
-    sheet_extents: list[Extent]
+    extents: list[coded_box.Extent]
+    sheet_extents: list[coded_box.Extent]
     rule: str
     coded: np.ndarray
     physical: dict[str, float]
@@ -130,7 +114,7 @@ def target_set(surface: Surface, target: float, uncertainty: float = 0.0, rule: 
         raise InputError(f"the rule {rule!r} is unknown: expected {' or '.join(RULES)}")
     if not np.isfinite(target) or not np.isfinite(uncertainty) or uncertainty < 0:
         raise InputError(f"target {target} +- {uncertainty}: expected finite numbers, the uncertainty 0 or more")
-    sample = _sample(len(surface.table.names))
+    sample = coded_box.sample(len(surface.table.names))
     predicted = surface.model.predict(sample)
     distance = np.abs(predicted - target)
     lowest, highest = (_extreme(surface, sample, predicted, sign) for sign in (1, -1))
@@ -162,13 +146,6 @@ def target_set(surface: Surface, target: float, uncertainty: float = 0.0, rule: 
         prediction=interval(surface.model, coded, surface.alpha),
         measurements=_measurements(surface, sample, distance, uncertainty, coded) if within else [],
     )
-
-
-def _sample(n_factors: int) -> np.ndarray:
-    """Evenly spread points of the box: the same ones every time."""
-    from scipy.stats.qmc import Sobol
-
-    return 2 * Sobol(n_factors, scramble=False).random_base2(SAMPLE_POWER) - 1
 
 
 def _minimise(surface: Surface, objective, jacobian, start, target=None, uncertainty: float = 0.0) -> np.ndarray:
@@ -230,7 +207,7 @@ def _on_target(surface: Surface, point, target: float, uncertainty: float = 0.0)
     return abs(surface.model.predict(point)[0] - target) < uncertainty + 1e-5 * scale
 
 
-def _extents(surface: Surface, sample, distance, target: float) -> list[Extent]:
+def _extents(surface: Surface, sample, distance, target: float) -> list[coded_box.Extent]:
     """Exact range of every factor on the sheet, optimised from the outermost sample points."""
     near = sample[_near(distance)]
     extents = []
@@ -239,13 +216,8 @@ def _extents(surface: Surface, sample, distance, target: float) -> list[Extent]:
         for sign in (1, -1):
             values = _ends(surface, near, i, sign, target) or [sign * (sign * near[:, i]).min()]
             ends.append(float(sign * min(sign * x for x in values)))
-        extents.append(_extent(factor, ends))
+        extents.append(coded_box.extent(factor, ends))
     return extents
-
-
-def _extent(factor, ends) -> Extent:
-    low, high = ends
-    return Extent(factor.name, (low, high), (float(factor.physical(low)), float(factor.physical(high))))
 
 
 def _ends(surface: Surface, points, i: int, sign: int, target: float, uncertainty: float = 0.0) -> list[float]:
@@ -257,7 +229,7 @@ def _ends(surface: Surface, points, i: int, sign: int, target: float, uncertaint
     return [float(x[i]) for x in found if _on_target(surface, x, target, uncertainty)]
 
 
-def _widened(surface: Surface, sample, distance, target, uncertainty, recommended, sheet) -> list[Extent]:
+def _widened(surface: Surface, sample, distance, target, uncertainty, recommended, sheet) -> list[coded_box.Extent]:
     """Range of every factor on the settings within +- uncertainty; at least the sheet and the sample points."""
     if not uncertainty:
         return sheet
@@ -267,7 +239,7 @@ def _widened(surface: Surface, sample, distance, target, uncertainty, recommende
         known = [*inside[:, i], *(sheet[i].coded if sheet else ())]
         low = min([*known, *_ends(surface, inside, i, 1, target, uncertainty)])
         high = max([*known, *_ends(surface, inside, i, -1, target, uncertainty)])
-        extents.append(_extent(factor, [float(low), float(high)]))
+        extents.append(coded_box.extent(factor, [float(low), float(high)]))
     return extents
 
 

@@ -1,6 +1,6 @@
 """The table of a design run only in part, or not at all: every run with its levels, responses where there are any."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -30,6 +30,8 @@ class PlannedTable:
     notes : list of str
     standard_order : list of int
         As the sheet has it, else the order of the rows.
+    other_responses : DataFrame (n_runs, n_others)
+        Of a table with several; NaN where a run has none.
     """
 
     factors: list[Factor]
@@ -39,6 +41,7 @@ class PlannedTable:
     lines: list[int]
     notes: list[str]
     standard_order: list[int]
+    other_responses: pd.DataFrame = field(default_factory=pd.DataFrame)
 
     @property
     def names(self) -> list[str]:
@@ -52,12 +55,23 @@ class PlannedTable:
 
     @property
     def lost(self) -> list[int]:
-        """Indices of the runs without a response."""
-        return [] if self.response is None else np.flatnonzero(self.response.isna()).tolist()
+        """Indices of the runs that lack a response."""
+        if self.response is None:
+            return []
+        return [
+            i
+            for i in range(len(self.coded))
+            if self.response.isna().iloc[i] or self.other_responses.iloc[i].isna().any()
+        ]
 
 
-def read_planned(path: Path, factors=(), ignore=(), blocks=()) -> PlannedTable:
+def read_planned(path: Path, factors=(), ignore=(), blocks=(), responses=()) -> PlannedTable:
     """Read a design; see `design_table.read_design` for the arguments.
+
+    Parameters
+    ----------
+    responses : sequence of str, optional
+        The columns that are responses, where there are several or it is not the last.
 
     Raises
     ------
@@ -66,11 +80,17 @@ def read_planned(path: Path, factors=(), ignore=(), blocks=()) -> PlannedTable:
     """
     categories = {factor.name: factor.levels for factor in factors if factor.levels}
     given_names = [factor.name for factor in factors]
-    found = read_columns(path, ignore, blocks, given_names, categories, unmeasured=True)
+
+    def read(name: str | None):
+        left = [*ignore, *(other for other in responses if other != name)]
+        return read_columns(path, left, blocks, given_names, categories, unmeasured=True, response=name)
+
+    found, *further = [read(name) for name in responses or (None,)]
+    others = pd.DataFrame({other.frame.columns[-1]: other.frame.iloc[:, -1] for other in further}, found.frame.index)
     frame, notes = found.frame, list(found.notes)
     last = frame.columns[-1]
     response = frame[last]
-    complete = not response.isna().any()
+    complete = not responses and not response.isna().any()
     if complete and (set(response.round(9)) <= {-1.0, 0.0, 1.0} or _looks_like_a_factor(frame)):
         notes.append(f"{last} holds the levels of a factor: taken as one, so there is no response")
         response, columns = None, list(frame.columns)
@@ -84,7 +104,8 @@ def read_planned(path: Path, factors=(), ignore=(), blocks=()) -> PlannedTable:
             given[name] = Factor(name, factor.low, factor.high, unit, factor.levels)
     resolved, coded, more = resolve(frame[columns], given, found.lines, 5, str(path))
     labels = tuple(" ".join(words) for words in zip(*(b.labels for b in found.blocks), strict=True)) or None
-    return PlannedTable(resolved, coded.to_numpy(), response, labels, found.lines, notes + more, _standard_order(path))
+    order = _standard_order(path)
+    return PlannedTable(resolved, coded.to_numpy(), response, labels, found.lines, notes + more, order, others)
 
 
 def _standard_order(path: Path) -> list[int]:
@@ -110,16 +131,20 @@ def extended(table: PlannedTable, added: np.ndarray, block: str, seed: int, resp
     frame[STANDARD_ORDER] = [*table.standard_order, *(first + order)]
     frame[BLOCK] = [*old, *new]
     frame = pd.concat([frame, physical_design(coded, table.factors)], axis=1)
-    measured = ["" if table.response is None or pd.isna(value) else value for value in
-                (table.response if table.response is not None else [np.nan] * n_old)]  # fmt: skip
-    name = response if table.response is None else str(table.response.name)
-    frame[name] = [*measured, *[""] * len(added)]
+    columns = (
+        {response: pd.Series([np.nan] * n_old)} if table.response is None else {table.response.name: table.response}
+    )
+    for name, values in {**columns, **table.other_responses}.items():
+        frame[str(name)] = ["" if pd.isna(value) else value for value in values] + [""] * len(added)
     return frame
 
 
 def runs_to_repeat(table: PlannedTable, chosen: list[int], seed: int) -> pd.DataFrame:
-    """The runs with a response and then those to repeat, in random order; the other lost runs are left out."""
-    order = [*np.flatnonzero(table.response.notna()), *np.random.default_rng(seed).permutation(chosen)]
+    """The runs with all responses and then those to repeat, in random order; the other lost runs are left out."""
+    order = [
+        *(i for i in range(len(table.coded)) if i not in table.lost),
+        *np.random.default_rng(seed).permutation(chosen),
+    ]
     whole = extended(table, np.empty((0, len(table.factors))), "", seed)
     frame = whole.iloc[order].reset_index(drop=True)
     frame[RUN] = np.arange(1, len(frame) + 1)

@@ -252,18 +252,23 @@ def _checks_text(surface: Surface) -> str:
     if surface.normality:
         lines.append(f"residuals: Shapiro-Wilk W {number(surface.normality[0])}, p {probability(surface.normality[1])}")
     if surface.box_cox:
-        lines.append(_box_cox_text(surface.box_cox))
+        lines.append(box_cox_text(surface.box_cox))
     lines.append("VIF " + ", ".join(f"{name} {value:.3f}" for name, value in surface.vif.items()))
     return "\n".join(lines)
 
 
-def _box_cox_text(found: BoxCox) -> str:
+def box_cox_text(found: BoxCox) -> str:
+    """The power that the likelihood favours, and whether a transformation is indicated."""
     if found.beyond is not None:
         return (
             f"Box-Cox power beyond {found.beyond:g}: no power transformation helps; look for single runs that the model "
             "misses (Cook's D) and for terms that it lacks"
         )
-    need = "a transformation is indicated" if found.transformation_needed else "no transformation is indicated"
+    need = (
+        "a transformation is indicated (--transform applies it)"
+        if found.transformation_needed
+        else "no transformation is indicated"
+    )
     low = "below -5" if found.low is None else number(found.low, 3)
     high = "above 5" if found.high is None else number(found.high, 3)
     return f"Box-Cox power {number(found.power, 3)} ({percent(found.level)} interval {low} to {high}): {need}"

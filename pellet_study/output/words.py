@@ -15,11 +15,12 @@ def probability(p: float | None) -> str:
 
 
 def nearest(given: object, accepted: Iterable[str]) -> str:
-    """`; accepted are a, b, c; did you mean b?` for an error message."""
+    """`; accepted are b, a, c; did you mean b?` for an error message: what is near first, the others by the alphabet."""
     names = sorted(accepted)
     if not names:
         return "; there is none"
-    return f"; accepted are {', '.join(names)}{did_you_mean(given, names)}"
+    near = get_close_matches(str(given), names)
+    return f"; accepted are {', '.join(dict.fromkeys([*near, *names]))}{did_you_mean(given, names)}"
 
 
 def did_you_mean(given: object, accepted: Iterable[str]) -> str:

@@ -1,0 +1,133 @@
+"""One response of `bbd`: fitted on the scale asked for, reduced, predicted at a setting, its own target met."""
+
+import argparse
+from dataclasses import dataclass
+from typing import Any
+
+from pellet_study.commands.responses import one_number
+from pellet_study.errors import InputError
+
+
+@dataclass
+class Analysed:
+    """One response as analysed: the fit that predictions and goals use, the JSON answer, the words, the warnings."""
+
+    response: Any
+    answer: dict
+    parts: list[str]
+    warnings: list[str]
+    target_set: Any = None
+
+
+def analysed(own: argparse.Namespace, table, joint: bool) -> Analysed:
+    """Everything that is asked for of one response; its target is left to the joint set where there is one.
+
+    Raises
+    ------
+    InputError
+        As the fit, the reduction, the prediction and the target set do.
+    """
+    from pellet_study.doe import answers, text
+    from pellet_study.doe.fitted_response import FittedResponse
+
+    response, parts, more = _fitted(own, table)
+    surface = response.surface
+    parts.append(text.surface_text(surface))
+    found = Analysed(response, {**answers.surface_answer(surface), **more}, parts, text.surface_warnings(surface))
+    reduced = _reduced(own, surface, found)
+    if reduced is not surface:
+        found.response = FittedResponse(response.name, reduced, response.transformation)
+    _predict(own, found)
+    if own.target is not None and not joint:
+        _target(own, found)
+    return found
+
+
+def _fitted(own, table):
+    """The response on the scale asked for, what is to be said of that scale, and what goes into the answer."""
+    from pellet_study.doe import box_behnken
+    from pellet_study.doe.fitted_response import FittedResponse
+
+    name = str(table.response.name)
+    if own.transform is None:
+        return FittedResponse(name, box_behnken.analyse(table, own.alpha)), [], {}
+    from pellet_study.doe.response_answers import transformation_answer
+    from pellet_study.doe.response_text import scale_text
+    from pellet_study.doe.transformation import advised, parse_transformation
+
+    named = parse_transformation(own.transform) if own.transform else None
+    plain = box_behnken.analyse(table, own.alpha)
+    word = advised(plain.box_cox)
+    power = named or (parse_transformation(word) if word else None)
+    surface = box_behnken.analyse(power.applied(table), own.alpha) if power else plain
+    response = FittedResponse(name, surface, power)
+    told = transformation_answer(response, plain.box_cox, word)
+    return response, [scale_text(response, plain.box_cox, word)], {"transformation": told}
+
+
+def _reduced(own, surface, found: Analysed):
+    """The reduced model where one was asked for, else the full one."""
+    if own.drop is None and own.reduce is None and not own.select:
+        return surface
+    from pellet_study.doe import box_behnken, text
+    from pellet_study.doe.cautions import selection_cautions
+    from pellet_study.doe.linear_model import resolve_terms
+    from pellet_study.doe.response_answers import reduced_answer
+    from pellet_study.doe.response_text import selection_text
+    from pellet_study.doe.selection import select_by_aicc
+
+    selection = None
+    dropped = resolve_terms(own.drop, surface.model.terms) if own.drop else []
+    reduced = box_behnken.without(surface, dropped) if dropped else surface
+    if own.reduce is not None:
+        reduced, more = box_behnken.reduce_backward(reduced, own.reduce)
+        dropped += more
+    if own.select:
+        selection = select_by_aicc(surface)
+        reduced, dropped = selection.surface, selection.dropped
+        found.parts.append(selection_text(selection))
+        found.warnings += selection_cautions(reduced) if dropped else []
+    if dropped or not own.select:
+        found.parts.append(
+            f"Reduced model, without {', '.join(dropped) or 'nothing'}{text.SELECTED if dropped else ''}\n\n"
+            + text.surface_text(reduced)
+        )
+    found.answer["reduced"] = reduced_answer(reduced, dropped, selection)
+    return reduced
+
+
+def _predict(own, found: Analysed) -> None:
+    if not own.predict:
+        return
+    from pellet_study.doe import answers, text
+    from pellet_study.doe.factors import parse_levels
+    from pellet_study.doe.response_text import back_transformed_text
+    from pellet_study.tables.headers import found_in
+
+    table = found.response.surface.table
+    levels = {found_in(name, table.names) or name: level for name, level in parse_levels(own.predict).items()}
+    missing = set(table.names) ^ set(levels)
+    if missing:
+        raise InputError(
+            f"--predict and the table disagree on {sorted(missing)[0]!r}: expected one level of every factor "
+            f"({', '.join(table.names)})"
+        )
+    predicted = found.response.interval([[float(f.coded(levels[f.name])) for f in table.factors]])
+    if found.response.transformation:
+        found.parts.append(back_transformed_text(found.response, levels, predicted))
+    else:
+        found.parts.append(text.prediction_text(levels, predicted))
+    if predicted.extrapolation:
+        found.warnings.append(text.EXTRAPOLATION)
+    found.answer["prediction"] = answers.interval_answer(predicted)
+
+
+def _target(own, found: Analysed) -> None:
+    from pellet_study.doe import answers, optimum, text
+
+    target, uncertainty = one_number("target", own.target), one_number("uncertainty", own.uncertainty) or 0.0
+    found.target_set = optimum.target_set(found.response.surface, target, uncertainty, own.rule)
+    found.parts.append(text.target_text(found.target_set))
+    if found.target_set.prediction.extrapolation:
+        found.warnings.append(text.EXTRAPOLATION)
+    found.answer["optimum"] = answers.target_answer(found.target_set)

@@ -1,0 +1,96 @@
+"""A response as fitted, in its own unit whatever scale it was fitted on: predictions, slopes, intervals."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pellet_study.doe import coded_box
+from pellet_study.doe.box_behnken import Surface
+from pellet_study.doe.factors import Factor
+from pellet_study.doe.linear_model import Interval, interval
+from pellet_study.doe.transformation import Transformation
+
+
+@dataclass(frozen=True)
+class FittedResponse:
+    """One response: its name as in the table, the surface fitted, and the transformation it was fitted through.
+
+    Predictions of a transformed response are medians: the back-transformed mean of a symmetric distribution.
+    """
+
+    name: str
+    surface: Surface
+    transformation: Transformation | None = None
+
+    @property
+    def factors(self) -> list[Factor]:
+        return self.surface.table.factors
+
+    def _back(self, values):
+        return values if self.transformation is None else self.transformation.back(values)
+
+    def predict(self, coded) -> np.ndarray:
+        """Predicted response (n_points,) at coded points (n_points, n_factors), in its own unit."""
+        return self._back(self.surface.model.predict(coded))
+
+    def gradient(self, coded) -> np.ndarray:
+        """Slopes of `predict` (n_points, n_factors), per coded unit."""
+        slopes = self.surface.model.gradient(coded)
+        if self.transformation is None:
+            return slopes
+        return slopes * self.transformation.slope_back(self.surface.model.predict(coded))[:, None]
+
+    def bounds(self, coded, leverage=None) -> tuple[np.ndarray, np.ndarray] | None:
+        """Confidence bounds of the mean (median) at level 1 - alpha; None where the fit leaves no residual.
+
+        `leverage` (n_points,) stands in for the design's own, as after further runs.
+        """
+        model = self.surface.model
+        if model.mean_square_error is None:
+            return None
+        from scipy.special import stdtrit
+
+        leverage = model.leverage(coded) if leverage is None else leverage
+        width = stdtrit(model.df_residual, 1 - self.surface.alpha / 2) * np.sqrt(model.mean_square_error * leverage)
+        predicted = model.predict(coded)
+        ends = self._back(predicted - width), self._back(predicted + width)
+        return np.minimum(*ends), np.maximum(*ends)
+
+    def interval(self, coded) -> Interval:
+        """Prediction at one coded point with its two intervals at level 1 - alpha, in the response's own unit.
+
+        The standard error is that on the fitted scale; None where a transformation stands between.
+        """
+        found = interval(self.surface.model, coded, self.surface.alpha)
+        if self.transformation is None:
+            return found
+        predicted = float(self._back(found.predicted))
+        confidence, prediction = self._back_ends(found.confidence), self._back_ends(found.prediction)
+        return Interval(predicted, None, confidence, prediction, found.extrapolation, found.level)
+
+    def _back_ends(self, ends: tuple[float, float] | None) -> tuple[float, float] | None:
+        if ends is None:
+            return None
+        low, high = sorted(map(float, self._back(np.array(ends))))
+        return low, high
+
+    def predicted_range(self) -> tuple[float, float]:
+        """Lowest and highest predicted response in the box [-1, 1]^k."""
+        from scipy.optimize import minimize
+
+        points = coded_box.sample(len(self.factors))
+        predicted, ends = self.predict(points), []
+        for sign in (1, -1):
+            starts = points[np.argsort(sign * predicted)[:3]]
+            found = [
+                minimize(
+                    lambda x, sign=sign: sign * self.predict(x)[0],
+                    start,
+                    jac=lambda x, sign=sign: sign * self.gradient(x)[0],
+                    bounds=[(-1, 1)] * len(start),
+                    method="L-BFGS-B",
+                ).x
+                for start in starts
+            ]
+            ends.append(sign * float(np.min(sign * self.predict(np.vstack([found, starts])))))
+        return ends[0], ends[1]

@@ -1,0 +1,220 @@
+"""The settings at which several responses are all acceptable, the most desirable of them, and what to measure next.
+
+With m responses that have targets and k factors, the settings that meet all targets exactly form a set of k - m
+dimensions; what is acceptable around the targets, and the uncertainty of the fits, thicken it.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from pellet_study.doe import coded_box
+from pellet_study.doe.coded_box import Extent
+from pellet_study.doe.desirability import Wanted, acceptable, minimise, most_desirable
+from pellet_study.doe.factors import Factor
+from pellet_study.doe.fitted_response import FittedResponse
+from pellet_study.doe.goals import Goal, overall
+from pellet_study.doe.linear_model import Interval
+from pellet_study.errors import InputError
+
+ON_EDGE = 1e-6
+"""How far beyond its limits, in parts of its range over the box, a prediction at the edge of the set may lie."""
+SHRINKS = 5e-4
+"""The least share of the box by which a measurement is said to shrink the set."""
+
+
+@dataclass(frozen=True)
+class Part:
+    """One response's part in the joint set; shares of the box, 0 to 1.
+
+    Attributes
+    ----------
+    response, goal
+    fraction : float
+        Where its prediction is acceptable.
+    fraction_of_the_others : float
+        Where all the others' are.
+    after_replicate : float or None
+        Share not excluded by all responses together if every run were made once more and this response alone
+        measured in it; None where a fit leaves no residual.
+    prediction : Interval
+        At the recommended setting.
+    desirability : float
+        There.
+    """
+
+    response: FittedResponse
+    goal: Goal
+    fraction: float
+    fraction_of_the_others: float
+    after_replicate: float | None
+    prediction: Interval
+    desirability: float
+
+
+@dataclass(frozen=True)
+class JointSet:
+    """The settings of the box [-1, 1]^k that meet the goals of all responses.
+
+    Attributes
+    ----------
+    factors : list of Factor
+    alpha : float
+    fraction : float
+        Share of the box where all predictions are acceptable.
+    fraction_not_excluded : float or None
+        Share where no response's confidence interval (each at level 1 - alpha) lies wholly beyond what is
+        acceptable; None where a fit leaves no residual.
+    fraction_assured : float or None
+        Share where every one of those intervals lies wholly within it.
+    extents : list of Extent
+        Range of each factor on the set; empty where there is none.
+    coded, physical
+        The recommended setting: see `desirability.most_desirable`.
+    desirability : float
+        Overall, 0 to 1.
+    parts : list of Part
+        In the order of the responses.
+    """
+
+    factors: list[Factor]
+    alpha: float
+    fraction: float
+    fraction_not_excluded: float | None
+    fraction_assured: float | None
+    extents: list[Extent]
+    coded: np.ndarray
+    physical: dict[str, float]
+    desirability: float
+    parts: list[Part]
+
+    @property
+    def wanted(self) -> Wanted:
+        """The responses and their goals."""
+        return [(part.response, part.goal) for part in self.parts]
+
+    @property
+    def met(self) -> bool:
+        """Whether the recommended setting meets all goals."""
+        return self.desirability > 0 or all(bool(part.goal.met(part.prediction.predicted)) for part in self.parts)
+
+    @property
+    def extrapolation(self) -> bool:
+        return any(part.prediction.extrapolation for part in self.parts)
+
+    @property
+    def next_response(self) -> Part | None:
+        """The response whose replicates shrink the set that is not excluded most; None where none shrinks it."""
+        told = [part for part in self.parts if part.after_replicate is not None]
+        best = min(told, key=lambda part: part.after_replicate, default=None)
+        shrinks = best is not None and best.after_replicate < self.fraction_not_excluded - SHRINKS
+        return best if shrinks else None
+
+
+def joint_set(responses: list[FittedResponse], goals: list[Goal]) -> JointSet:
+    """The joint target set of responses fitted on the same factors; see `JointSet`.
+
+    Parameters
+    ----------
+    responses : list of FittedResponse
+        One or more.
+    goals : list of Goal
+        One of each response.
+
+    Raises
+    ------
+    InputError
+        If the responses' tables code the factors differently.
+    """
+    wanted = list(zip(responses, goals, strict=True))
+    factors = _common_factors(responses)
+    points = coded_box.sample(len(factors))
+    met = np.array([goal.met(response.predict(points)) for response, goal in wanted])
+    best = most_desirable(wanted)
+    fitted = not any(response.surface.saturated for response in responses)
+    not_excluded = np.array([_reaches(response.bounds(points), goal) for response, goal in wanted]) if fitted else None
+    parts = []
+    for i, (response, goal) in enumerate(wanted):
+        prediction = response.interval(best)
+        part = Part(
+            response=response,
+            goal=goal,
+            fraction=float(met[i].mean()),
+            fraction_of_the_others=float(np.delete(met, i, axis=0).all(axis=0).mean()),
+            after_replicate=None if not_excluded is None else _after_replicate(i, response, goal, not_excluded, points),
+            prediction=prediction,
+            desirability=float(goal.desirability(prediction.predicted)),
+        )
+        parts.append(part)
+    return JointSet(
+        factors=factors,
+        alpha=responses[0].surface.alpha,
+        fraction=float(met.all(axis=0).mean()),
+        fraction_not_excluded=None if not_excluded is None else float(not_excluded.all(axis=0).mean()),
+        fraction_assured=_assured(wanted, points) if fitted else None,
+        extents=_extents(wanted, points, points[met.all(axis=0)], best),
+        coded=best,
+        physical={f.name: float(f.physical(x)) for f, x in zip(factors, best, strict=True)},
+        desirability=float(overall([part.desirability for part in parts], [goal.exponent for goal in goals])),
+        parts=parts,
+    )
+
+
+def _common_factors(responses: list[FittedResponse]) -> list[Factor]:
+    first, *others = responses
+    for response in others:
+        if response.factors != first.factors:
+            raise InputError(
+                f"the runs with a value of {response.name!r} have other factor levels than those of {first.name!r}: give "
+                "the levels of -1 and +1 of every factor with --factor NAME=LOW,HIGH"
+            )
+    return first.factors
+
+
+# ------------------------------------------------------------------------------------------------ shares of the box
+def _reaches(bounds, goal: Goal) -> np.ndarray:
+    """Where a confidence interval reaches what is acceptable."""
+    low, high = goal.accepted
+    return (bounds[0] <= high) & (bounds[1] >= low)
+
+
+def _assured(wanted: Wanted, points) -> float:
+    """Share where every confidence interval lies wholly within what is acceptable."""
+    ends = [(response.bounds(points), goal) for response, goal in wanted]
+    return float(np.all([goal.met(low) & goal.met(high) for (low, high), goal in ends], axis=0).mean())
+
+
+def _after_replicate(place: int, response, goal, not_excluded: np.ndarray, points) -> float:
+    """Share not excluded with twice the runs behind one response: half its leverage, its residual variance kept."""
+    halved = _reaches(response.bounds(points, response.surface.model.leverage(points) / 2), goal)
+    return float((np.delete(not_excluded, place, axis=0).all(axis=0) & halved).mean())
+
+
+# -------------------------------------------------------------------------------------------- ranges of the factors
+def _extents(wanted: Wanted, points, inside, best) -> list[Extent]:
+    """Range of every factor on the set: from the sample's outermost points, pushed outwards."""
+    scales = [max(1e-300, float(np.ptp(response.predict(points)))) for response, _ in wanted]
+
+    def fine(x) -> bool:
+        pairs = zip(wanted, scales, strict=True)
+        return all(goal.miss(response.predict(x)[0]) <= ON_EDGE * scale for (response, goal), scale in pairs)
+
+    known = np.vstack([inside, best]) if fine(best) else inside
+    if not len(known):
+        return []
+    constraints = acceptable(wanted)
+    extents = []
+    for i, factor in enumerate(wanted[0][0].factors):
+        unit = np.eye(known.shape[1])[i]
+        ends = []
+        for sign in (1, -1):
+            start = known[np.argmin(sign * known[:, i])]
+            pushed = np.clip(
+                minimise(lambda x, s=sign, u=unit: s * u @ x, lambda x, s=sign, u=unit: s * u, start, constraints),
+                -1,
+                1,
+            )
+            reached = [start[i], pushed[i]] if fine(pushed) else [start[i]]
+            ends.append(float(sign * min(sign * x for x in reached)))
+        extents.append(coded_box.extent(factor, ends))
+    return extents

@@ -1,0 +1,180 @@
+"""The words about a transformed response, a selection of terms, and several responses together."""
+
+from pellet_study.doe.box_behnken import BoxCox
+from pellet_study.doe.coded_box import Extent
+from pellet_study.doe.fitted_response import FittedResponse
+from pellet_study.doe.joint_set import JointSet
+from pellet_study.doe.linear_model import Interval
+from pellet_study.doe.plackett_burman import Screening
+from pellet_study.doe.selection import Selection
+from pellet_study.doe.text import box_cox_text, grid, number, percent
+from pellet_study.doe.transformation import parse_transformation
+
+
+def scale_text(response: FittedResponse, box_cox: BoxCox | None, advised: str | None) -> str:
+    """What Box and Cox's likelihood says of the response's scale, what was done, and what its predictions mean."""
+    told = (
+        "Box-Cox: undefined (a response is not positive, or there is no residual)"
+        if box_cox is None
+        else box_cox_text(box_cox)
+    )
+    scale = response.transformation
+    if scale is None:
+        return f"{told}; so {response.name} is analysed as it is"
+    by = "as advised" if advised and parse_transformation(advised) == scale else "as asked for"
+    turned = ", which falls where it rises" if scale.power < 0 else ""
+    return (
+        f"{told}\n{response.name} is analysed as {response.surface.table.response.name}, {by}{turned}: coefficients, ANOVA and "
+        f"residuals are on that scale; predictions and goals are taken back to {response.name}'s own unit, and are of its "
+        "median"
+    )
+
+
+def back_transformed_text(response: FittedResponse, physical: dict[str, float], found: Interval) -> str:
+    """A prediction at a point, taken back."""
+    place = ", ".join(f"{name} {value:.5g}" for name, value in physical.items())
+    text = f"predicted median of {response.name} {number(found.predicted, 6)} at {place}"
+    if found.confidence and found.prediction:
+        at = percent(found.level)
+        text += f"; {at} confidence interval of the median {_ends(found.confidence)}"
+        text += f", {at} prediction interval of one run {_ends(found.prediction)}"
+    return text
+
+
+def selection_text(found: Selection) -> str:
+    """The terms left out by AICc and what the choice costs."""
+    head = f"selection by AICc, backward, hierarchy kept: {number(found.aicc[0])} with all terms"
+    if not found.dropped:
+        return f"{head}, and no less without any: no term is left out"
+    text = f"{head}, {number(found.aicc[-1])} without {', '.join(found.dropped)}"
+    text += (
+        "\n  its price: the terms were chosen by the same runs that now test them, so the p values, intervals and R2 of "
+        "the reduced model follow the selection and look better than they are"
+    )
+    if found.r2_predicted_honest is not None:
+        text += (
+            f"; its predicted R2 is {number(found.surface.r2_predicted, 4)} as if the terms had been known beforehand, and "
+            f"{number(found.r2_predicted_honest, 4)} with the selection made anew without each run predicted"
+        )
+    return text
+
+
+def screenings_text(screenings: list[Screening]) -> str:
+    """The effects of each factor on each response side by side, those significant at the screening's level starred."""
+    names = [str(screening.table.response.name) for screening in screenings]
+    rows = []
+    for factor in screenings[0].table.names:
+        cells = []
+        for screening in screenings:
+            p = screening.p[factor]
+            cells.append(number(screening.effects[factor]) + ("*" if p is not None and p < screening.alpha else " "))
+        rows.append([factor, *cells])
+    level = f"{screenings[0].alpha:g}"
+    return f"effects from -1 to +1 on each response (* p below {level})\n" + grid(["factor", *names], rows)
+
+
+def joint_text(found: JointSet) -> str:
+    """The joint target set, the most desirable setting, what to measure next."""
+    several = len(found.parts) > 1
+    names = ", ".join(part.response.name for part in found.parts)
+    head = f"goals of {names} together, in the box of coded -1 to 1" if several else f"goal of {names}"
+    lines = [head, *_goal_lines(found, several)]
+    if any(part.goal.limited for part in found.parts):
+        lines.append("  " + _shares(found, several))
+    if found.extents and found.fraction < 1:
+        lines += ["  settings that meet " + ("all goals:" if several else "it:"), *map(_extent_line, found.extents)]
+    lines += _setting_lines(found)
+    if several:
+        lines += _next_lines(found)
+    return "\n".join(lines)
+
+
+def _ends(pair: tuple[float, float]) -> str:
+    return f"{number(pair[0])} to {number(pair[1])}"
+
+
+def _goal_lines(found: JointSet, several: bool) -> list[str]:
+    lines = []
+    for part in found.parts:
+        line = f"  {part.response.name}: {part.goal.in_words()}"
+        if part.goal.limited:
+            line += f"; met in {100 * part.fraction:.1f} % of the box"
+            line += f", all the others in {100 * part.fraction_of_the_others:.1f} %" if several else ""
+        lines.append(line)
+    return lines
+
+
+def _shares(found: JointSet, several: bool) -> str:
+    if found.fraction:
+        text = f"{100 * found.fraction:.1f} % of the box meets {'all goals' if several else 'it'} as predicted"
+    elif found.met:
+        text = f"less than 0.01 % of the box meets {'all goals' if several else 'it'} as predicted"
+    else:
+        text = "no setting of the box meets " + ("all goals" + _let_go(found) if several else "it")
+    if found.fraction_not_excluded is None:
+        return text + "; a fit leaves no residual, so nothing is known of its uncertainty"
+    at = f"{percent(1 - found.alpha)} confidence interval" + (" of each response" if several else "")
+    return (
+        f"{text}; with the {at}: {100 * found.fraction_not_excluded:.1f} % cannot be excluded, "
+        f"{100 * (found.fraction_assured or 0):.1f} % is assured"
+    )
+
+
+def _let_go(found: JointSet) -> str:
+    """Which goal stands most in the way."""
+    freed = max(found.parts, key=lambda part: part.fraction_of_the_others)
+    if not freed.fraction_of_the_others:
+        return ", nor all but any one of them"
+    share = f"{100 * freed.fraction_of_the_others:.1f} %"
+    return f"; if {freed.response.name} were let go, {share} would meet the rest"
+
+
+def _extent_line(extent: Extent) -> str:
+    note = "  not identified: its whole range will do" if extent.unidentified else ""
+    low, high = extent.coded
+    return f"    {extent.name}: {_ends(extent.physical)} (coded {low:.3f} to {high:.3f}){note}"
+
+
+def _setting_lines(found: JointSet) -> list[str]:
+    place = ", ".join(f"{name} {number(value)}" for name, value in found.physical.items())
+    coded = ", ".join(f"{x:.3f}" for x in found.coded)
+    name = "most desirable" if found.desirability > 0 else "nearest (its worst response misses by least)"
+    at = percent(1 - found.alpha)
+    header = ["response", "predicted", f"{at} mean from", "to", f"{at} one run from", "to", "desirability"]
+    rows = []
+    for part in found.parts:
+        ends = [*(part.prediction.confidence or (None, None)), *(part.prediction.prediction or (None, None))]
+        values = [number(value, 4) for value in (*ends, part.desirability)]
+        rows.append([part.response.name, number(part.prediction.predicted), *values])
+    first = f"{name}, overall desirability {found.desirability:.3f} (Derringer-Suich): {place} (coded {coded})"
+    return [first, grid(header, rows)]
+
+
+def _next_lines(found: JointSet) -> list[str]:
+    lines = []
+    if found.fraction_not_excluded is not None and any(part.goal.limited for part in found.parts):
+        lines.append("next: " + _what_to_measure(found, found.fraction_not_excluded))
+    targets = sum(part.goal.kind == "target" for part in found.parts)
+    free = len(found.factors) - targets
+    if targets and free > 0:
+        lines.append(
+            f"the exact target{'s' if targets > 1 else ''} of {targets} response{'s leave' if targets > 1 else ' leaves'} {free} "
+            f"of {len(found.factors)} dimensions free: more responses, or a choice such as the desirability's, pick a point"
+        )
+    return lines
+
+
+def _what_to_measure(found: JointSet, not_excluded: float) -> str:
+    """The response whose replicates shrink the set most."""
+    if not not_excluded:
+        return "the fits exclude the whole box, so no replicate helps: widen the ranges of the factors, or the goals"
+    now, best = f"{100 * not_excluded:.1f} %", found.next_response
+    if best is None:
+        return f"no further replicate of one response alone would shrink the {now} that cannot be excluded"
+    others = ", ".join(
+        f"{part.response.name} {100 * (part.after_replicate or 0):.1f} %" for part in found.parts if part is not best
+    )
+    return (
+        f"measure {best.response.name}: all runs once more would leave {100 * (best.after_replicate or 0):.1f} % of the box "
+        f"that cannot be excluded, for {now} now; the same effort on another: {others}"
+    )
