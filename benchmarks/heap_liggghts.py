@@ -29,9 +29,10 @@ from repose_checks import MIDDLE
 from pellet_study.rigs import on_yade
 from pellet_study.rigs.scripts import SCRIPTS
 from pellet_study.simulation import yade
-from yade_scripts import contacts, heap, powder_scene, repose
+from yade_scripts import apparatus, contacts, heap, pouring, powder_scene
 
 FRICTIONAL, COHESIVE = 0.0, 0.2  # J/m2
+FUNNEL = {"protocol": "funnel", "outlet_height_mm": 60.0}  # the twin has this one
 FIRST_SEED = 91_000
 ERROR_DEG = 0.5  # whose cost is asked for
 LONGEST_FLOW = 150.0  # in fall times of a grain, 1.7 s; ours flows for 0.8 s
@@ -41,7 +42,9 @@ LEAST_MODULUS = 5e6  # Pa, below which LIGGGHTS wants to be told that the grains
 def middle(seed: int, surface_energy: float, law: str, numerics: dict) -> dict:
     """The middle of the paper's Table 6 with another surface energy."""
     parameters = MIDDLE | {"powder_surface_energy": surface_energy}
-    return on_yade.case("repose", contact_law=law, seed=seed, parameters=parameters, numerics=numerics)
+    return on_yade.case(
+        "repose", contact_law=law, seed=seed, parameters=parameters, conditions=FUNNEL, numerics=numerics
+    )
 
 
 def child(command: list[str], folder: Path, environment: dict | None = None) -> float:
@@ -70,7 +73,7 @@ def ours(case: dict, folder: Path) -> dict:
     return {"angle_deg": row["repose_angle_deg"], "cpu_seconds": seconds, "status": row["status"]}
 
 
-def grains(case: dict) -> tuple[np.ndarray, np.ndarray, np.ndarray, powder_scene.Funnel]:
+def grains(case: dict) -> tuple[np.ndarray, np.ndarray, np.ndarray, apparatus.Funnel]:
     """Radii, places and velocities at the start, and the funnel, drawn as the rig draws them."""
     conditions, numerics = case["conditions"], case["numerics"]
     draw = np.random.default_rng(case["seed"])
@@ -78,7 +81,7 @@ def grains(case: dict) -> tuple[np.ndarray, np.ndarray, np.ndarray, powder_scene
     mass = powder_scene.grain_mass(radius, case["parameters"]["powder_density_kg_m3"])
     number = round(1e-3 * conditions["powder_mass_g"] / mass)
     radii = powder_scene.radii(number, radius, numerics["size_spread"], draw)
-    funnel = powder_scene.Funnel(
+    funnel = apparatus.Funnel(
         0.5e-3 * numerics["outlet_diameter_mm"],
         0.5e-3 * numerics["funnel_diameter_mm"],
         1e-3 * conditions["outlet_height_mm"],
@@ -94,7 +97,7 @@ def grains(case: dict) -> tuple[np.ndarray, np.ndarray, np.ndarray, powder_scene
 def stl(file: Path, rings: list[tuple[float, float, float, float]]) -> None:
     """Rings of two triangles a facet between (radius, radius, height, height): the rig's funnel."""
     lines = ["solid steel"]
-    around = 2 * pi * np.arange(powder_scene.SEGMENTS + 1) / powder_scene.SEGMENTS
+    around = 2 * pi * np.arange(apparatus.SEGMENTS + 1) / apparatus.SEGMENTS
     for low, high, bottom, top in rings:
         for a, b in zip(around, around[1:], strict=False):
             corners = [(r * cos(t), r * sin(t), z) for r, z in ((low, bottom), (high, top)) for t in (a, b)]
@@ -129,7 +132,7 @@ def script(case: dict, radius: float, bottom: float, option: str) -> str:
     steel = powder_scene.STEEL._replace(shear_modulus=softer * powder_scene.STEEL.shear_modulus)
     step = numerics["time_step_fraction"] * contacts.rayleigh_step(radius * (1 - numerics["size_spread"]), powder)
     fall = sqrt(radius / powder_scene.GRAVITY)
-    look = round(repose.LOOK * fall / step)
+    look = round(pouring.LOOK * fall / step)
     unit = powder_scene.grain_mass(radius, powder.density) * powder_scene.GRAVITY * radius
     pull_off = contacts.pull_off_force(given["powder_surface_energy"], radius / 2)
     density = energy_density(pull_off, effective_young(powder, powder), radius / 2)
@@ -142,7 +145,7 @@ def script(case: dict, radius: float, bottom: float, option: str) -> str:
     def until(phase: str, done: str, longest: float, verdict: bool = True) -> list[str]:
         """Look again and again until it is done or took too long (in fall times of a grain)."""
         return [
-            f"variable looks loop {max(2, round(longest / repose.LOOK))}",
+            f"variable looks loop {max(2, round(longest / pouring.LOOK))}",
             f"label {phase}",
             f"run {look}",
             f'if "{done}" then "jump SELF {phase}_done"',
@@ -197,17 +200,17 @@ def script(case: dict, radius: float, bottom: float, option: str) -> str:
             "variable number equal atoms",
             "run 0",
             f'variable unit equal "{unit:g} * v_number"',
-            *until("fill", f"$(c_energy) < $({repose.SETTLED:g} * v_unit)", repose.MOST_FILL),
+            *until("fill", f"$(c_energy) < $({pouring.SETTLED:g} * v_unit)", pouring.MOST_FILL),
             "unfix gate_wall",
             f"fix shake all move/mesh mesh funnel wiggle amplitude 0. 0. {1e-3 * numerics['vibration_mm']:g} "
             f"period {1 / numerics['vibration_hz']:g}",
-            *until("flow", f"$(c_inside) <= $({repose.LEFT_BEHIND:g} * v_number)", LONGEST_FLOW),
-            *until("drip", "$(c_inside) == 0", repose.PATIENCE, verdict=False),
+            *until("flow", f"$(c_inside) <= $({pouring.LEFT_BEHIND:g} * v_number)", LONGEST_FLOW),
+            *until("drip", "$(c_inside) == 0", pouring.PATIENCE, verdict=False),
             "unfix shake",
             "unfix funnel_wall",
             "unfix funnel",
-            *until("rest", f"$(c_energy) < $({numerics['rest_energy']:g} * v_unit)", repose.MOST_REST),
-            *until("stay", f"$(c_energy) < $({numerics['rest_energy']:g} * v_unit)", repose.MOST_REST),
+            *until("rest", f"$(c_energy) < $({numerics['rest_energy']:g} * v_unit)", pouring.MOST_REST),
+            *until("stay", f"$(c_energy) < $({numerics['rest_energy']:g} * v_unit)", pouring.MOST_REST),
             "write_dump all custom heap.dump x y z radius",
             'print "VERDICT ok"',
             "",
@@ -252,7 +255,7 @@ def twin(case: dict, folder: Path, option: str = "") -> dict:
     angle = np.nan
     if status == "ok":
         table = np.loadtxt(folder / "heap.dump", skiprows=9)
-        angle = heap.repose_angle(table[:, :3], table[:, 3]).mean_deg
+        angle = heap.readings(table[:, :3], table[:, 3]).repose.angle_deg
         if len(table) < len(radii):
             status = f"{len(radii) - len(table)} grains were lost"
     return {"angle_deg": angle, "cpu_seconds": seconds, "status": status}
@@ -266,7 +269,7 @@ def undamped(case: dict, folder: Path) -> dict:
 CUSTOMARY = {"stiffness_scale": 1.0, "time_step_fraction": 0.2}
 HALF = {"time_step_fraction": 0.09}
 ENGINES = {  # engine: how, law, numerics, heaps without and with cohesion
-    "YADE cohesive_frictional, default": (ours, "cohesive_frictional", {}, (6, 2)),
+    "YADE, law of release 0.1": (ours, "cohesive_frictional_local_damping", {}, (6, 2)),
     "YADE hertz_mindlin, half our step": (ours, "hertz_mindlin", HALF, (6, 2)),
     "LIGGGHTS, our stiffness, half our step": (twin, "hertz_mindlin", HALF, (6, 1)),
     "LIGGGHTS, the same without tangential damping": (undamped, "hertz_mindlin", HALF, (6, 0)),

@@ -1,23 +1,27 @@
-"""What the simulated repose angle depends on besides the powder: tables with error bars in results/checks.
+"""What the simulated repose angle depends on besides the powder: tables with intervals in results/checks.
 
-    .venv/bin/python benchmarks/repose_checks.py [TABLE ...] [--seeds 2] [--workers 1] [--stored]
+    .venv/bin/python benchmarks/repose_checks.py [TABLE ...] [--heaps 12] [--workers 1] [--stored]
 
-`repose` changes one setting after the other at the middle of the paper's Table 6, most of them on a third of the grains
-in a funnel of the same shape; `repose_amplification` has the angle of that powder at amplifications 4, 6 and 8 with the
-surface energy scaled and unscaled; `repose_time_steps` looks for the step at which low restitution with adhesion goes wrong. All three together take some 35
-cpu minutes; finished heaps are kept in results/checks/.store. Every table has a file of its heaps, a row each, beside it.
+`invariance` changes one setting of the default protocol after the other at the middle of the paper's Table 6 and several
+surface energies; `protocols` does the least of that for the other protocols. A row compares a setting with the same rig
+unchanged: the difference of the mean angles and its 95 % interval (Welch), beside the aim fixed beforehand. An aim is met
+where the whole interval lies within it, missed where it lies wholly outside, else open. Numerics are compared in a rig of
+500 grains, of the default's shape. First heaps of every row come first, so that a campaign that is stopped leaves a whole
+table with wider intervals; finished heaps are kept in results/checks/.store. Every table has a file of its heaps beside it.
 """
 
 import argparse
+from itertools import product
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pandas as pd
+from scipy import stats
 
 from pellet_study.rigs import on_yade
 from pellet_study.simulation import dispatch
 from pellet_study.simulation.store import Store, key
-from yade_scripts import contacts, powder_scene
 
 FOLDER = Path(__file__).resolve().parent.parent / "results" / "checks"
 FIRST_SEED = 90_000
@@ -30,51 +34,100 @@ MIDDLE = {
     "powder_steel_rolling_friction": 0.29,
     "powder_surface_energy": 0.2,
 }
-LIGHT = {  # 500 grains in a funnel of the same shape: what a dozen settings with seeds can be had for
-    "powder_mass_g": 8.32,
-    "outlet_height_mm": 41.6,
-    "outlet_diameter_mm": 16.6,
-    "funnel_diameter_mm": 30.5,
-}
-FULL = {}  # 1,503 grains
-SETTINGS = [  # what, base, changes, heaps
-    ("500 grains", LIGHT, {}, 8),
-    ("time step", LIGHT, {"time_step_fraction": 0.09}, 3),
-    ("time step", LIGHT, {"time_step_fraction": 0.25}, 3),
-    ("stiffness", LIGHT, {"stiffness_scale": 3e-4}, 3),
-    ("stiffness", LIGHT, {"stiffness_scale": 1e-2}, 3),
-    ("rest detection", LIGHT, {"rest_energy": 1e-2}, 3),
-    ("rest detection", LIGHT, {"rest_energy": 2e-4}, 3),
-    ("damping", LIGHT, {"cohesive_frictional_damping": 0.1}, 3),
-    ("damping", LIGHT, {"cohesive_frictional_damping": 0.5}, 3),
-    ("vibration", LIGHT, {"vibration_mm": 0.0}, 3),
-    ("vibration", LIGHT, {"vibration_mm": 0.8}, 3),
-    ("outlet height", LIGHT, {"outlet_height_mm": 35.0}, 3),
-    ("outlet height", LIGHT, {"outlet_height_mm": 60.0}, 3),
-    ("outlet size", LIGHT, {"outlet_diameter_mm": 14.0}, 3),
-    ("outlet size", LIGHT, {"outlet_diameter_mm": 21.0}, 3),
-    ("fill height", LIGHT, {"funnel_diameter_mm": 25.0}, 3),
-    ("fill height", LIGHT, {"funnel_diameter_mm": 42.0}, 3),
-    ("1,503 grains", FULL, {}, 6),
-    ("powder in the same funnel", FULL, {"powder_mass_g": 8.32}, 2),
-    ("powder in the same funnel", FULL, {"powder_mass_g": 49.9}, 1),
-]
-AMPLIFICATION = [("either way", LIGHT, {"amplification": 6.0}, 8)] + [
-    (way, LIGHT, {"amplification": k, "surface_energy_exponent": exponent}, 3)
-    for k in (8.0, 4.0)
-    for way, exponent in (("scaled", 2.0), ("unscaled", 0.0))
-]
-STEPS = [
-    (what, LIGHT | low, {"time_step_fraction": fraction}, 2)
-    for what, low, fractions in (
-        ("cohesive_frictional, D = 0.05", {"powder_steel_restitution": 0.05}, (0.18, 0.32, 0.4)),
-        ("hertz_mindlin, A = D = 0.05", {"powder_restitution": 0.05, "powder_steel_restitution": 0.05}, (0.18, 0.32)),
-        ("cohesive_frictional, D = 0.15", {}, (0.09, 0.18, 0.25)),
-        ("hertz_mindlin, A = D = 0.15", {}, (0.06, 0.09, 0.18)),
-    )
-    for fraction in fractions
-]
-TABLES = {"repose": SETTINGS, "repose_amplification": AMPLIFICATION, "repose_time_steps": STEPS}
+FULL: dict = {}  # 1,503 grains
+LENGTHS = (
+    "base_diameter_mm",
+    "outlet_height_mm",
+    "outlet_diameter_mm",
+    "funnel_diameter_mm",
+    "cylinder_diameter_mm",
+)
+READINGS = ("repose_angle_deg", "repose_flank_deg", "repose_triangle_deg", "repose_moment_deg")
+
+
+def shaped(grains: int) -> dict:
+    """The default rig with another number of the same grains, all lengths scaled alike."""
+    known = on_yade.rig("repose")
+    default = {name: quantity["default"] for name, quantity in (known.conditions | known.numerics).items()}
+    larger = (grains / 1503) ** (1 / 3)
+    scaled = {name: round(larger * default[name], 2) for name in LENGTHS}
+    scaled["lift_mm_s"] = round(larger**0.5 * default["lift_mm_s"], 2)  # of the same Froude number
+    return {"powder_mass_g": round(default["powder_mass_g"] * grains / 1503, 3)} | scaled
+
+
+class Row(NamedTuple):
+    """A setting of a table: `changes` to a `rig`, compared with `base`; its aim (deg), and the least and most heaps."""
+
+    what: str
+    surface_energy: float
+    rig: dict
+    changes: dict
+    base: dict
+    aim: float | None = None
+    heaps: int = 12
+
+    @property
+    def setting(self) -> str:
+        """In words."""
+        return ", ".join(
+            f"{name} {value if isinstance(value, str) else format(value, 'g')}" for name, value in self.changes.items()
+        )
+
+    def cases(self, compared: bool) -> list[dict]:
+        """Of the row, or of what it is compared with."""
+        given = {"powder_surface_energy": self.surface_energy} | (self.base if compared else self.rig | self.changes)
+        return [case(FIRST_SEED + k, given) for k in range(self.heaps)]
+
+
+def one_at_a_time() -> list[Row]:
+    """Rows of the table `invariance`."""
+    small = shaped(500)
+    rows = []
+    for energy in (0.0, 0.2, 0.1, 0.3):
+        numerics = [("time step", {"time_step_fraction": 0.045}, 1.0)]
+        numerics += [("stiffness", {"stiffness_scale": scale}, 1.0) for scale in (3e-3, 3.3e-4)]
+        if energy in (0.0, 0.2):
+            numerics += [("rest", {"rest_energy": value}, 1.0) for value in (1e-2, 4e-4)]
+        rows += [Row(what, energy, small, changes, small, aim, 24) for what, changes, aim in numerics]
+        rows.append(Row("number of grains", energy, small, {}, FULL, None, 12)._replace(what="500 grains"))
+        rows.append(Row("4,000 grains", energy, shaped(4000), {}, FULL, 1.5, 8))
+    for energy in (0.0, 0.2):
+        rows += [
+            Row("steel pair", energy, FULL, {f"powder_steel_{name}": value for name, value in steel.items()}, FULL)
+            for steel in (
+                {"static_friction": 0.36, "rolling_friction": 0.15},
+                {"restitution": 0.5},
+            )
+        ]
+        rows += [Row("fall height", energy, FULL, {"outlet_height_mm": value}, FULL) for value in (50.0, 75.0)]
+        rows += [Row("mass", energy, FULL, {"powder_mass_g": value}, FULL) for value in (30.0,)]
+        rows += [Row("base", energy, FULL, {"base": "smooth"}, FULL)]
+        rows += [Row("outlet", energy, FULL, {"outlet_diameter_mm": value}, FULL) for value in (24.0,)]
+        rows += [
+            Row("amplification", energy, FULL, {"amplification": value}, FULL, None, n)
+            for value, n in ((8.0, 12), (4.0, 6))
+        ]
+        rows += [Row("stiffness", energy, small, {"stiffness_scale": 1.0}, small, 1.0, 3)]
+    return rows
+
+
+def other_protocols() -> list[Row]:
+    """Rows of the table `protocols`."""
+    small, rows = shaped(500), []
+    for protocol in ("lifted_cylinder", "funnel"):
+        told = {"protocol": protocol}
+        rows += [
+            Row(protocol, 0.2, small, told | {"time_step_fraction": 0.045}, small | told),
+            Row(protocol, 0.2, small, told, FULL | told),
+        ]
+        if protocol == "funnel":
+            rows.append(Row(protocol, 0.2, small, told | {"outlet_height_mm": 41.6}, small | told))
+        else:
+            rows.append(Row(protocol, 0.2, small, told | {"lift_mm_s": 10.0}, small | told))
+    return rows
+
+
+TABLES = {"invariance": one_at_a_time, "protocols": other_protocols}
 
 
 def case(seed: int, changes: dict, law: str | None = None) -> dict:
@@ -86,157 +139,86 @@ def case(seed: int, changes: dict, law: str | None = None) -> dict:
     return on_yade.case("repose", contact_law=law, seed=seed, parameters=parameters, **groups)
 
 
-def cases(name: str, most: int) -> list[tuple[str, str, dict]]:
-    """(what, setting in words, case) of every heap of a table, at most so many of a setting; first seeds first."""
-    found = []
-    for k in range(min(most, max(heaps for *_, heaps in TABLES[name]))):
-        for what, base, changes, heaps in TABLES[name]:
-            if k < heaps:
-                setting = ", ".join(f"{name} {value:g}" for name, value in changes.items()) or "all defaults"
-                law = "hertz_mindlin" if "hertz_mindlin" in what else None
-                found.append((what, setting, case(FIRST_SEED + k, base | changes, law)))
+def simulated(rows: list[Row], most: int, workers: int | None, stored: bool) -> dict[str, pd.Series]:
+    """Every heap of a table by its key, simulated or from the store; only those in the store where asked so."""
+    rig, wanted = on_yade.rig("repose"), {}
+    for k in range(most):
+        for row, compared in product(rows, (True, False)):
+            if k < row.heaps:
+                one = row.cases(compared)[k]
+                wanted.setdefault(key(one, rig), one)
+    if stored:
+        with Store(FOLDER / ".store") as store:
+            known = store.rows(rig).index
+        wanted = {name: one for name, one in wanted.items() if name in known}
+    found = dispatch.run(list(wanted.values()), FOLDER / ".store", workers=workers, quiet=True)
+    return dict(zip(wanted, (row for _, row in found.iterrows()), strict=True))
+
+
+def compared(row: Row, heaps: dict[str, pd.Series]) -> dict:
+    """A line of a table: the setting, its heaps, and the difference from what it is compared with."""
+    rig = on_yade.rig("repose")
+    sides = [
+        pd.DataFrame([heaps[name] for one in row.cases(base) if (name := key(one, rig)) in heaps])
+        for base in (False, True)
+    ]
+    good = [side[side["status"] == "ok"] if len(side) else side for side in sides]
+    line = {
+        "what": row.what,
+        "surface_energy_j_m2": row.surface_energy,
+        "setting": row.setting,
+        "heaps": len(sides[0]),
+        "compared_with": len(sides[1]),
+        "lost": len(sides[0]) - len(good[0]),
+    }
+    if min(map(len, good)) < 2:
+        return line
+    angle, base = (side["repose_angle_deg"].astype(float) for side in good)
+    line |= {name: round(good[0][name].astype(float).mean(), 2) for name in READINGS}
+    line["sd_over_seeds_deg"] = round(angle.std(ddof=1), 2)
+    line |= difference(angle.to_numpy(), base.to_numpy(), row.aim)
+    line["largest_overlap"] = round(good[0]["largest_overlap"].astype(float).max(), 3)
+    line["end_time_s"] = round(good[0]["end_time_s"].astype(float).mean(), 3)
+    line["first_loss"] = next(iter(sides[0].loc[sides[0]["status"] != "ok", "status"]), "")
+    return line
+
+
+def difference(angle: np.ndarray, base: np.ndarray, aim: float | None) -> dict:
+    """Difference of two means with its 95 % interval (Welch), and whether it lies within +- an aim (deg)."""
+    test = stats.ttest_ind(angle, base, equal_var=False)
+    interval = test.confidence_interval()
+    found = {
+        "change_deg": round(angle.mean() - base.mean(), 2),
+        "standard_error_deg": round(float(np.hypot(stats.sem(angle), stats.sem(base))), 2),
+        "low_deg": round(interval.low, 2),
+        "high_deg": round(interval.high, 2),
+    }
+    if aim is not None:
+        within = -aim <= interval.low and interval.high <= aim
+        outside = interval.low > aim or interval.high < -aim
+        found |= {"aim_deg": aim, "aim_is": "met" if within else "missed" if outside else "open"}
     return found
 
 
-def step(case: dict) -> tuple[float, float]:
-    """Time step of a case in s, and in Rayleigh steps of its smallest grain."""
-    given, conditions, numerics = case["parameters"], case["conditions"], case["numerics"]
-    powder = contacts.Material(
-        given["powder_density_kg_m3"],
-        numerics["stiffness_scale"] * given["powder_shear_modulus_pa"],
-        given["powder_poisson_ratio"],
-    )
-    radius = powder_scene.grain_radius(conditions["particle_diameter_um"], conditions["amplification"])
-    restitution = given["powder_steel_restitution"]
-    if case["contact_law"] == "hertz_mindlin":
-        restitution = min(restitution, given["powder_restitution"])
-    share = numerics["time_step_fraction"] * powder_scene.damper_share(restitution)
-    return share * contacts.rayleigh_step(radius * (1 - numerics["size_spread"]), powder), share
-
-
-def heaps(name: str, most: int, workers: int | None, stored: bool) -> pd.DataFrame:
-    """A row a heap, simulated or from the store; only those in the store where asked so."""
-    wanted = cases(name, most)
-    if stored:
-        with Store(FOLDER / ".store") as store:
-            rig = on_yade.rig("repose")
-            known = store.rows(rig).index
-        wanted = [each for each in wanted if key(each[2], rig) in known]
-    rows = dispatch.run([case for *_, case in wanted], FOLDER / ".store", workers=workers, quiet=True)
-    steps = [step(case) for *_, case in wanted]
-    told = pd.DataFrame(
-        {
-            "what": [what for what, *_ in wanted],
-            "setting": [setting for _, setting, _ in wanted],
-            "seed": rows["seed"],
-            "contact_law": rows["contact_law"],
-            "of_rayleigh_step": [round(share, 4) for _, share in steps],
-            "status": rows["status"],
-        }
-    )
-    observables = list(on_yade.rig("repose").observables)
-    told[observables] = rows[observables].astype(float)
-    told["million_grain_steps"] = told["grains"] * told["end_time_s"] / [1e6 * seconds for seconds, _ in steps]
-    return told
-
-
-def summary(told: pd.DataFrame) -> pd.DataFrame:
-    """A row a setting: mean angle with its standard error, and its change from the first of the table.
-
-    Two or three heaps know little of their own scatter: both errors come from the standard deviation over seeds pooled
-    over the whole table. In the table of time steps the change is from the smallest step of the same law.
-    """
-    groups = dict(list(told.groupby(["what", "setting"], sort=False)))
-    angles = {group: heaps["repose_angle_deg"].dropna() for group, heaps in groups.items()}
-    several = [angle for angle in angles.values() if len(angle) > 1]
-    freedom = sum(len(angle) - 1 for angle in several)
-    squares = sum(((angle - angle.mean()) ** 2).sum() for angle in several)
-    pooled = np.sqrt(squares / freedom) if freedom else np.nan
-    rows, by_what = [], told["contact_law"].nunique() > 1
-    for (what, setting), heaps in groups.items():
-        angle = angles[what, setting]
-        base = angles[next(group for group in groups if group[0] == what or not by_what)]
-        good = heaps[heaps["status"] == "ok"]
-        rows.append(
-            {
-                "what": what,
-                "setting": setting,
-                "of_rayleigh_step": heaps["of_rayleigh_step"].iloc[0],
-                "heaps": len(heaps),
-                "lost": len(heaps) - len(good),
-                "grains": good["grains"].mean(),
-                "bond_number": round(good["bond_number"].mean(), 3),
-                "angle_deg": round(angle.mean(), 2),
-                "standard_error_deg": round(pooled / np.sqrt(len(angle)), 2) if len(angle) else None,
-                "sd_over_seeds_deg": round(angle.std(ddof=1), 2),
-                "change_deg": round(angle.mean() - base.mean(), 2),
-                "change_error_deg": round(pooled * np.sqrt(1 / len(angle) + 1 / len(base)), 2)
-                if len(angle) and len(base) and base is not angle
-                else None,
-                "direction_error_deg": round(good["direction_error_deg"].mean(), 2),
-                "largest_overlap": round(good["largest_overlap"].max(), 3),
-                "flow_time_s": round(good["flow_time_s"].mean(), 2),
-                "end_time_s": round(good["end_time_s"].mean(), 2),
-                "million_grain_steps": round(good["million_grain_steps"].mean(), 1),
-                "first_loss": next(iter(heaps.loc[heaps["status"] != "ok", "status"]), ""),
-            }
-        )
-    table = pd.DataFrame(rows)
-    table["grains"] = table["grains"].astype("Int64")
-    return table
-
-
-def draw(tables: dict, file: Path) -> None:
-    """Mean angle of every setting with its standard error, that of the 500 grains as a band."""
-    import matplotlib
-
-    matplotlib.use("Agg")
-    import matplotlib.pyplot as plt
-
-    from pellet_study.output.style import BAND, MEASURED, MODEL, STYLE
-
-    rows = pd.concat([tables["repose"], tables["repose_amplification"].iloc[1:]]).reset_index(drop=True)
-    named = rows["what"].where(rows["setting"] == "all defaults", rows["setting"])
-    named = named.str.replace(", surface_energy_exponent 2", ", G scaled").str.replace("_", " ")
-    named = named.str.replace(", surface energy exponent 0", ", G unscaled")
-    with plt.rc_context(STYLE):
-        figure, axes = plt.subplots(figsize=(6.5, 0.2 * len(rows) + 0.8), layout="constrained")
-        place = np.arange(len(rows))[::-1]
-        middle, error = rows.loc[0, ["angle_deg", "standard_error_deg"]]
-        axes.axvspan(middle - error, middle + error, color=BAND, zorder=0)
-        axes.errorbar(rows["angle_deg"], place, xerr=rows["standard_error_deg"], fmt="o", color=MODEL, markersize=4)
-        for at, row in zip(place, rows.itertuples(), strict=True):
-            if row.lost:
-                axes.text(0.99, at, f"{row.lost} of {row.heaps} lost", va="center", ha="right", color=MEASURED,
-                          fontsize=7, transform=axes.get_yaxis_transform())  # fmt: skip
-        axes.set_yticks(place, named)
-        axes.set_xlim(0, 65)
-        axes.set_xlabel("repose angle, deg (bars and band: one standard error)")
-        file.parent.mkdir(exist_ok=True)
-        figure.savefig(file, dpi=150)
-        plt.close(figure)
-
-
 def main() -> None:
-    """Simulate what is missing, write the tables, and the figure where its two tables are there."""
+    """Simulate what is missing and write the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("tables", nargs="*", metavar="TABLE", help=f"any of {', '.join(TABLES)}; default all")
-    parser.add_argument("--seeds", type=int, default=100, help="at most so many heaps of a setting; default all")
+    parser.add_argument("--heaps", type=int, default=100, help="at most so many of a setting; default all")
     parser.add_argument("--workers", type=int)
     parser.add_argument("--stored", action="store_true", help="simulate nothing: what the store has")
     given = parser.parse_args()
-    unknown = set(given.tables) - set(TABLES)
-    if unknown:
+    if unknown := set(given.tables) - set(TABLES):
         parser.error(f"no table {', '.join(sorted(unknown))}; expected any of {', '.join(TABLES)}")
     for name in given.tables or TABLES:
-        told = heaps(name, given.seeds, given.workers, given.stored)
-        told.to_csv(FOLDER / f"{name}_heaps.csv", index=False, float_format="%.6g", lineterminator="\n")
-        table = summary(told)
+        rows = TABLES[name]()
+        heaps = simulated(rows, given.heaps, given.workers, given.stored)
+        pd.DataFrame(heaps.values()).drop(columns="id").to_csv(
+            FOLDER / f"{name}_heaps.csv", index=False, float_format="%.6g", lineterminator="\n"
+        )
+        table = pd.DataFrame([compared(row, heaps) for row in rows])
         table.to_csv(FOLDER / f"{name}.csv", index=False, lineterminator="\n")
         print(table.to_string(index=False), flush=True)
-    drawn = ("repose", "repose_amplification")
-    if all((FOLDER / f"{name}.csv").exists() for name in drawn):
-        draw({name: pd.read_csv(FOLDER / f"{name}.csv") for name in drawn}, FOLDER / "figures" / "repose.png")
 
 
 if __name__ == "__main__":

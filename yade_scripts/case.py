@@ -28,6 +28,8 @@ import zlib
 from pathlib import Path
 
 GROUPS = ("parameters", "effects", "conditions", "numerics")
+TIMINGS = ["id", "seconds"]
+EXPECTED_CASES = "expected a list of cases; `--example cases.json` writes one to start from"
 CLAIM_BYTES = 16
 NO_MEMORY, CANNOT_GO_ON = 70, 71  # exit statuses: the machine failed, not the case
 DISK_OR_SYSTEM = {errno.ENOSPC, errno.EDQUOT, errno.EFBIG, errno.EIO, errno.EROFS, errno.EMFILE, errno.ENFILE}
@@ -40,6 +42,11 @@ class Failed(Exception):
 def quantity(default: float, low: float, high: float, unit: str, meaning: str) -> dict:
     """Declaration of a number a rig takes: its default, its range, its unit, what it is."""
     return {"default": float(default), "min": float(low), "max": float(high), "unit": unit, "meaning": meaning}
+
+
+def choice(default: str, options, meaning: str) -> dict:
+    """Declaration of a condition that is a word: its default, the words there are, what it is."""
+    return {"default": default, "options": tuple(options), "unit": "", "meaning": meaning}
 
 
 def load(file: Path, effects=()):
@@ -84,7 +91,7 @@ def absent(rig: dict) -> dict:
 
 
 def check(case: dict, rig: dict) -> None:
-    """Refuse a case with a missing or unknown name, or a value that is no finite number."""
+    """Refuse a case with a missing or unknown name, a value that is no finite number, or a word that is no option."""
     expected = example(rig)
 
     def compare(where: str, given, wanted):
@@ -99,13 +106,17 @@ def check(case: dict, rig: dict) -> None:
         compare(group, case[group], expected[group])
     for effect, values in case["effects"].items():
         compare(f"effect {effect}", values, expected["effects"][effect])
+    words = {name: declared["options"] for name, declared in rig["conditions"].items() if "options" in declared}
+    words["contact_law"] = rig["contact_laws"]
     for name, value in flat(case).items():
-        if name not in ("id", "contact_law", "surface_energy_scaling") and not (
-            isinstance(value, (int, float)) and math.isfinite(value)
-        ):
+        if name in words:
+            if value not in list(words[name]):
+                raise ValueError(f"{name}: expected one of {', '.join(words[name])}, got {value!r}")
+        elif name == "id":
+            if not isinstance(value, (str, int)) or value == "":
+                raise ValueError(f"id: expected a name, got {value!r}")
+        elif not (isinstance(value, (int, float)) and abs(value) <= sys.float_info.max):  # neither NaN nor 10**400
             raise ValueError(f"{name}: expected a finite number, got {value!r}")
-    if case["contact_law"] not in rig["contact_laws"]:
-        raise ValueError(f"contact_law: expected one of {', '.join(rig['contact_laws'])}, got {case['contact_law']!r}")
 
 
 def run(case: dict, module) -> dict:
@@ -214,29 +225,83 @@ def work(jobs, modules: dict, tables: dict, timings: Table) -> None:
         timings.append({"id": case.get("id", ""), "seconds": f"{time.perf_counter() - start:.6f}"})
 
 
-def by_hand(rig_file: Path, arguments: list[str]) -> int:
-    """A rig called by hand: `cases.json observables.csv`, or `--example cases.json`."""
-    module = load(rig_file)
-    if len(arguments) == 2 and arguments[0] == "--example":
-        Path(arguments[1]).write_text(json.dumps([example(module.RIG)], indent=1) + "\n")
-        return 0
-    if len(arguments) != 2:
-        print(f"usage: yade -x -n {rig_file.name} cases.json observables.csv", file=sys.stderr)
-        return 2
-    cases, observables = json.loads(Path(arguments[0]).read_text()), Path(arguments[1])
-    for case in cases:
+def cases_in(file: Path, rig: dict) -> list[dict]:
+    """The cases of a rig in a JSON file, each checked; ValueError or OSError where the file is nothing of the kind."""
+    text = file.read_text(encoding="utf-8-sig")
+    if not text.strip():
+        raise ValueError(f"{file}: is empty; {EXPECTED_CASES}")
+    try:
+        cases = json.loads(text)
+    except (ValueError, RecursionError) as error:
+        raise ValueError(f"{file}: no valid JSON: {error}; {EXPECTED_CASES}") from None
+    if not isinstance(cases, list) or not cases:
+        kind = "an empty list" if cases == [] else f"{type(cases).__name__} {str(cases)[:40]!r}"
+        raise ValueError(f"{file}: got {kind}; {EXPECTED_CASES}")
+    for number, case in enumerate(cases, start=1):
+        name = repr(case["id"]) if isinstance(case, dict) and "id" in case else f"number {number}"
         try:
-            check(case, module.RIG)
+            check(case, rig)
         except ValueError as error:
-            print(f"{arguments[0]}: case {case.get('id')!r}: {error}", file=sys.stderr)
-            return 2
-    timings = observables.with_name("timings.csv")
-    for old in (observables, timings):
-        old.unlink(missing_ok=True)
+            raise ValueError(f"{file}: case {name}: {error}") from None
+    return cases
+
+
+def refuse_foreign(file: Path, names: list[str]) -> None:
+    """Refuse to write over a file that is no table with these columns; an empty one may go."""
+    header = line(dict(zip(names, names, strict=True)), names)
+    if file.is_dir():
+        raise ValueError(f"{file}: is a folder; name a file to write")
+    if not file.parent.is_dir():
+        raise ValueError(f"{file}: there is no folder {file.parent}; make it first")
+    if file.exists() and file.stat().st_size:
+        with open(file, "rb") as stream:
+            if stream.readline(len(header)) != header:
+                raise ValueError(f"{file}: is no table that this rig wrote; move it away or name another file")
+
+
+def by_hand(rig_file: Path, arguments: list[str]) -> int:
+    """A rig called by hand: `cases.json observables.csv`, or `--example cases.json`.
+
+    What the user gave wrongly is told in one line on stderr, with exit status 2, and no file is touched.
+    """
+    try:
+        if not rig_file.is_file():
+            raise ValueError(f"{rig_file}: no such file; expected a rig, a file with RIG and simulate(case)")
+        if len(arguments) != 2:
+            raise ValueError(f"usage: yade -x -n {rig_file.name} cases.json observables.csv (or --example cases.json)")
+        module = load(rig_file)
+        if arguments[0] == "--example":
+            write_example(Path(arguments[1]), module.RIG)
+            return 0
+        given, observables = Path(arguments[0]), Path(arguments[1])
+        timings = observables.parent / "timings.csv"
+        if not given.is_file():
+            raise ValueError(f"{given}: {'is no file' if given.exists() else 'no such file'}; {EXPECTED_CASES}")
+        for written in (observables, timings):
+            if written.exists() and written.samefile(given):
+                raise ValueError(f"{given}: would be written over by {written}; name another file for the observables")
+        if observables.name == timings.name:
+            raise ValueError(f"{observables}: is the name of the table of times; name another file for the observables")
+        cases = cases_in(given, module.RIG)
+        refuse_foreign(observables, columns(module.RIG))
+        refuse_foreign(timings, TIMINGS)
+        for old in (observables, timings):
+            old.unlink(missing_ok=True)
+        table, times = Table(observables, columns(module.RIG)), Table(timings, TIMINGS)
+    except (ValueError, OSError) as error:
+        print(one_line(str(error)), file=sys.stderr)
+        return 2
     name = module.RIG["name"]
-    table = Table(observables, columns(module.RIG))
-    work(((name, case) for case in cases), {name: module}, {name: table}, Table(timings, ["id", "seconds"]))
+    work(((name, case) for case in cases), {name: module}, {name: table}, times)
     return 0
+
+
+def write_example(file: Path, rig: dict) -> None:
+    """A list of one complete case to start from; ValueError where a file of other content is in the way."""
+    text = json.dumps([example(rig)], indent=1) + "\n"
+    if file.exists() and (not file.is_file() or file.read_text(encoding="utf-8", errors="replace") not in ("", text)):
+        raise ValueError(f"{file}: exists already; name another file for the example")
+    file.write_text(text, encoding="utf-8")
 
 
 def campaign(file: Path) -> int:
@@ -248,7 +313,7 @@ def campaign(file: Path) -> int:
     jobs = ((cases[index].pop("rig"), cases[index]) for index in mine)
     try:
         tables = {n: Table(rig["table"], columns(modules[n].RIG), checked=True) for n, rig in task["rigs"].items()}
-        work(jobs, modules, tables, Table(task["timings"], ["id", "seconds"]))
+        work(jobs, modules, tables, Table(task["timings"], TIMINGS))
     except (MemoryError, ImportError, OSError) as error:
         print(f"{type(error).__name__}: {error}", file=sys.stderr, flush=True)
         return NO_MEMORY if isinstance(error, MemoryError) else CANNOT_GO_ON
@@ -287,7 +352,7 @@ def main(arguments: list[str]) -> int:
         pass
     die_with_driver()
     close_servers()
-    if len(arguments) == 1:
+    if len(arguments) == 1 and arguments[0].endswith(".json"):
         return campaign(Path(arguments[0]))
     return by_hand(Path(arguments[0]).resolve(), arguments[1:])
 

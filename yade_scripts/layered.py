@@ -39,7 +39,8 @@ ELASTIC, DAMPER, ATTRACTION = 2, 4, 8  # groups of bodies
 ADHESION_LOAD = 2.0
 THIN = 1e-6  # density of the layers beside the particle's, as a share of it
 SOFT = 1e-3  # stiffness of the attraction, as a share of the contact's
-REFERENCE_RESTITUTION = 0.3  # from which on the time step is not cut
+REFERENCE_STEP = 0.34  # times the contact's angular frequency: 0.09 of the Rayleigh step
+MARGIN = 0.8  # share of a restitution that the strongest damper of a step must reach
 PHASES = 16  # of the first step in a contact
 
 
@@ -88,18 +89,22 @@ def damping_ratio(restitution: float, share: float, step: float) -> float:
 
 @cache
 def longest_step(restitution: float, share: float) -> float:
-    """Stable time step of one contact times its angular frequency, 2 (sqrt(1 + beta^2) - beta).
+    """Longest step, times the contact's angular frequency, at which a damper can do with a margin what is asked of it.
 
-    Damped central differences (Belytschko, Liu & Moran 2000, ISBN 978-0-471-98774-1).
+    At half the stable step of the damped contact, 2 (sqrt(1 + beta^2) - beta) (Belytschko, Liu & Moran 2000,
+    ISBN 978-0-471-98774-1), the strongest damper has a restitution that grows with the step; it must stay below MARGIN e.
     """
-    ratio = damping_ratio(restitution, share, 0.01)
-    return 2 * (sqrt(1 + ratio**2) - ratio)
+    low, high = 1e-3, 1.0
+    for _ in range(30):
+        middle = sqrt(low * high)
+        strongest = rebound(0.5 * (1 / middle - middle), share, middle) if middle < 0.99 else np.ones(1)
+        low, high = (low, middle) if not strongest.mean() <= MARGIN * restitution else (middle, high)
+    return low
 
 
 def step_share(restitution: float, adhesion_load: float = ADHESION_LOAD) -> float:
-    """Share of the time step that a restitution leaves: 1 from 0.3 on, at a = 2 0.48 at 0.15 and 0.15 at 0.05."""
-    share = 1 - 1 / adhesion_load
-    return min(1.0, longest_step(restitution, share) / longest_step(REFERENCE_RESTITUTION, share))
+    """Share of the step of REFERENCE_STEP that a restitution leaves: at a = 2 1 from 0.16 on, 0.93 at 0.15, 0.34 at 0.05."""
+    return min(1.0, longest_step(restitution, 1 - 1 / adhesion_load) / REFERENCE_STEP)
 
 
 def stiffness(radius: float, material: Material) -> float:
@@ -107,11 +112,11 @@ def stiffness(radius: float, material: Material) -> float:
     return material.young * radius
 
 
-def cohesive_frictional_restitution(
+def cohesive_frictional(
     particle: Material,
     wall: Material,
     particle_wall: Pair,
-    particle_particle: Pair,
+    particle_particle: Pair | None = None,
     rolling_stiffness: float = 0.0,
     radius: float = 0.0,
     time_step: float = 0.0,
@@ -121,11 +126,14 @@ def cohesive_frictional_restitution(
 
     Parameters
     ----------
+    particle_particle : None where a single particle or clump meets the walls only: then the law is Hertz-Mindlin
     rolling_stiffness : of the walls' contacts below the limit, N m/rad
     radius : of the particles, m (the mean, where sizes are spread)
     time_step : s, for which the damper is made
     adhesion_load : a > 1, load that adhesion adds to both limits, in pull-off forces
     """
+    if particle_particle is None:
+        return hertz_mindlin(particle, wall, particle_wall, rolling_stiffness=rolling_stiffness)
     from yade import (
         CohFrictMat,
         Ig2_Box_Sphere_ScGeom6D,
@@ -211,6 +219,8 @@ def _attract(contact, surface_energy: float) -> None:
     phys.normalAdhesion = force * (1 + 1e-6)  # ends where the grains part
     missed = force * O.dt * (O.iter - contact.iterMadeReal)
     for number, sign in ((contact.id1, 1), (contact.id2, -1)):
-        state = O.bodies[O.bodies[number].clumpId].state
-        if not state.blockedDOFs:
-            state.vel += geom.normal * (sign * missed / state.mass)
+        body = O.bodies[number]
+        if body.isClumpMember:  # not of a base
+            state = O.bodies[body.clumpId].state
+            if not state.blockedDOFs:
+                state.vel += geom.normal * (sign * missed / state.mass)

@@ -1,4 +1,4 @@
-"""Amplified powder in a steel funnel over a steel plate: what the repose rig is made of.
+"""Amplified powder in a steel funnel over a base: what the repose rig is made of.
 
 Places at which effects act (their `POWDER_SCENE`):
 
@@ -10,22 +10,22 @@ Places at which effects act (their `POWDER_SCENE`):
 | `drag` | drag coefficient of the grains in still air | the same |
 """
 
-from math import cos, pi, radians, sin, sqrt, tan
+import time
+from math import cos, inf, pi, radians, sin, sqrt
 
 import numpy as np
 
 from yade_scripts import contacts, laws, layered, stepping
+from yade_scripts.apparatus import SEGMENTS, Base, Funnel
 from yade_scripts.contacts import Material, Pair
-from yade_scripts.laws import LOCAL_DAMPING, RESTITUTION
+from yade_scripts.laws import COHESIVE_FRICTIONAL, HERTZ_MINDLIN, LOCAL_DAMPING
 
 GRAVITY = 9.81  # m/s2
 STEEL = Material(7850.0, 7.9e10, 0.3)  # handbook values
 REFERENCE_AMPLIFICATION = 6.0  # of the source paper: surface energies are given there
-CONE_SLOPE_DEG = 60.0  # of the funnel's cone against the horizontal
-SEGMENTS = 24  # facets around the funnel
 AIR_DENSITY = 1.2  # kg/m3, 20 C
-LATTICE = 2.2  # spacing of the grains before they settle, in the largest radius
 FASTEST_START = 0.1  # m/s, of the random velocities they start with
+LOOKS_EVERY = 5e-4  # s, whether the steps asked for are done
 
 
 def grain_radius(diameter_um: float, amplification: float) -> float:
@@ -63,49 +63,14 @@ def radii(number: int, mean: float, spread: float, draw: np.random.Generator) ->
     return mean * sizes / np.mean(sizes**3) ** (1 / 3)
 
 
-class Funnel:
-    """A cone over a round outlet, with a cylinder on top; on the axis z.
-
-    Parameters
-    ----------
-    outlet : radius of the outlet, m
-    width : radius of the cylinder, m
-    bottom : height of the outlet, m
-    """
-
-    def __init__(self, outlet: float, width: float, bottom: float):
-        self.outlet, self.width, self.bottom = outlet, width, bottom
-        self.cone = (width - outlet) * tan(radians(CONE_SLOPE_DEG))
-
-    def room(self, height: float) -> float:
-        """Radius of the funnel at a height over its outlet, m."""
-        return self.outlet + (self.width - self.outlet) * min(1.0, height / self.cone) if self.cone > 0 else self.width
-
-    def lattice(self, number: int, largest: float) -> np.ndarray:
-        """(number, 3) places for grains inside the funnel that do not touch, the lowest first, m."""
-        gap, found, layer = LATTICE * largest, [], 0
-        wall = largest * 1.1 / sin(radians(CONE_SLOPE_DEG)) + gap * 0.02
-        while sum(map(len, found)) < number:
-            height = 1.1 * largest + layer * gap * sqrt(2 / 3)
-            reach = self.room(height - 0.5 * largest) * cos(pi / SEGMENTS) - wall
-            n = int(self.width / gap) + 2
-            i, j = np.meshgrid(np.arange(-n, n + 1), np.arange(-n, n + 1), indexing="ij")
-            x = gap * (i + 0.5 * j + 0.5 * (layer % 2)).ravel()
-            y = gap * (sqrt(3) / 2 * j + (layer % 2) / sqrt(12)).ravel()
-            inside = np.hypot(x, y) < reach
-            found.append(np.column_stack([x[inside], y[inside], np.full(inside.sum(), self.bottom + height)]))
-            layer += 1
-        self.top = float(found[-1][0, 2]) - self.bottom + 2 * largest
-        return np.vstack(found)[:number]
-
-
 class PowderScene:
-    """A YADE scene with powder, funnel, gate and plate, at the start of the fill.
+    """A YADE scene with powder, funnel, gate and base, at the start of the fill.
 
     Parameters
     ----------
     grains : radii, m
-    funnel : Funnel
+    funnel : Funnel; where it starts lower than a grain's diameter there is no gate: the powder stands on the base
+    base : Base
     powder, steel : Material, both as soft as they are simulated
     pair, wall_pair : Pair, powder-powder and powder-steel
     law : name of the contact law
@@ -121,6 +86,7 @@ class PowderScene:
         self,
         grains,
         funnel: Funnel,
+        base: Base,
         powder: Material,
         steel: Material,
         pair: Pair,
@@ -136,27 +102,27 @@ class PowderScene:
         from yade import O
 
         O.reset()
-        self.grains, self.funnel, self.powder = np.asarray(grains), funnel, powder
+        self.grains, self.funnel, self.base, self.powder = np.asarray(grains), funnel, base, powder
         self.mean_radius = float(self.grains.mean())
         self.mass = grain_mass(1.0, powder.density) * self.grains**3
         smallest = float(self.grains.min())
-        viscous = (wall_pair, pair) if law == "hertz_mindlin" else (wall_pair,)
+        viscous = (wall_pair, pair) if law == HERTZ_MINDLIN else (wall_pair,)
         self.time_step = time_step_fraction * contacts.rayleigh_step(smallest, powder)
-        if law == RESTITUTION:  # its steps are half as long as those that the walls' share is made for
+        if law == COHESIVE_FRICTIONAL:  # its steps are half as long as those that the walls' share is made for
             walls = min(1.0, 2 * damper_share(wall_pair.restitution))
             self.time_step *= min(walls, layered.step_share(pair.restitution, adhesion_load))
         else:
             self.time_step *= damper_share(min(each.restitution for each in viscous))
         inertia = 0.4 * grain_mass(smallest, powder.density) * smallest**2
         options = {"rolling_stiffness": rolling_spring * inertia / self.time_step**2}
-        if law in LOCAL_DAMPING:
+        if law == LOCAL_DAMPING:
             options |= {"radius": self.mean_radius, "damping": damping}
-        if law == RESTITUTION:
+        if law == COHESIVE_FRICTIONAL:
             options |= {"radius": self.mean_radius, "time_step": self.time_step, "adhesion_load": adhesion_load}
         self.contacts = laws.LAWS[law](powder, steel, wall_pair, pair, **options)
         self.contacts.enter()
         self._fill(draw)
-        self._walls()
+        self._walls(draw)
         self._engines(drag)
         self.step = stepping.single(self.contacts)
 
@@ -174,7 +140,7 @@ class PowderScene:
             self.bodies.append(body)
             self.ids.append(number)
 
-    def _walls(self) -> None:
+    def _walls(self, draw: np.random.Generator) -> None:
         from yade import O, utils
 
         funnel, steel = self.funnel, self.contacts.wall
@@ -196,8 +162,16 @@ class PowderScene:
             ring_of_facets(funnel.width, funnel.width, funnel.bottom + funnel.cone, funnel.bottom + funnel.top)
         thick = 2 * self.mean_radius
         half = 1.2 * funnel.outlet
-        self.gate = O.bodies.append(utils.box((0, 0, funnel.bottom - thick), (half, half, thick), fixed=True, **look))
-        O.bodies.append(utils.box((0, 0, -0.005), (10, 10, 0.005), fixed=True, **look))
+        self.gate = None
+        if funnel.bottom >= thick:
+            self.gate = O.bodies.append(
+                utils.box((0, 0, funnel.bottom - thick), (half, half, thick), fixed=True, **look)
+            )
+        if not self.base.rough:
+            O.bodies.append(utils.box((0, 0, -0.005), (10, 10, 0.005), fixed=True, **look))
+        else:
+            for place in self.base.places(self.mean_radius, draw.uniform(0, 2 * pi)):
+                self.contacts.fixed_grain(place, self.mean_radius)
 
     def _engines(self, drag: float) -> None:
         from yade import (
@@ -234,7 +208,8 @@ class PowderScene:
         """Take the gate away."""
         from yade import O
 
-        O.bodies.erase(self.gate)
+        if self.gate is not None:
+            O.bodies.erase(self.gate)
 
     def shake(self, amplitude: float, frequency: float) -> None:
         """Vibrate the funnel along its axis (m, Hz); an amplitude of 0 stops it where it is."""
@@ -247,6 +222,31 @@ class PowderScene:
             for k in self.walls:
                 O.bodies[k].state.vel = (0, 0, 0)
 
+    def lift(self, speed: float) -> None:
+        """Raise the funnel from now on (m/s)."""
+        from yade import O
+
+        for k in self.walls:
+            O.bodies[k].state.vel = (0, 0, speed)
+
+    def bottom(self) -> float:
+        """Height of the outlet now, m; infinite once the funnel is taken away."""
+        from yade import O
+
+        if not self.walls:
+            return inf
+        return self.funnel.bottom + O.bodies[self.walls[0]].state.displ()[2]
+
+    def take_away(self, gone: np.ndarray) -> None:
+        """Take grains out of the scene ((n,) booleans)."""
+        from yade import O
+
+        if gone.any():
+            for k in np.flatnonzero(gone):
+                O.bodies.erase(self.bodies[k].id, True)
+            self.bodies = [body for body, lost in zip(self.bodies, gone, strict=True) if not lost]
+            self.grains, self.mass = self.grains[~gone], self.mass[~gone]
+
     def remove_funnel(self) -> None:
         """Take the funnel away: nothing touches it any more."""
         from yade import O
@@ -254,13 +254,16 @@ class PowderScene:
         self.shaker.dead = True
         for k in self.walls:
             O.bodies.erase(k)
+        self.walls = []
 
     def run(self, steps: int) -> None:
         """Step on."""
         from yade import O
 
         if self.contacts.born is None:
-            O.run(steps, True)
+            O.run(steps)
+            while O.running:  # O.run(steps, True) looks every 40 ms only
+                time.sleep(LOOKS_EVERY)
             return
         for _ in range(steps):
             self.step()

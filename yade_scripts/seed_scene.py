@@ -14,7 +14,7 @@ LONGEST_FLIGHT_STEP = 10.0  # of the time step at contact
 STEPS_BETWEEN_FORCES = 10  # the effects' force on the centre of mass changes little meanwhile
 
 TABLE_1 = "source paper, Table 1"
-CONTACT_LAWS = ("hertz_mindlin", "cohesive_frictional")
+CONTACT_LAWS = (laws.HERTZ_MINDLIN, laws.COHESIVE_FRICTIONAL, laws.LOCAL_DAMPING)
 PARAMETERS = {
     "seed_powder_restitution": quantity(0.25, 0.05, 0.95, "1", "restitution seed-powder, the paper's a1"),
     "seed_powder_static_friction": quantity(0.0, 0.0, 1.5, "1", "static friction seed-powder, the paper's a2"),
@@ -30,7 +30,7 @@ PARAMETERS = {
         0.0,
         0.9,
         "1",
-        "local damping of the cohesive-frictional law, which has no restitution; not used by hertz_mindlin",
+        "local damping, in place of the restitution; of cohesive_frictional_local_damping",
     ),
 }
 SEED_LENGTH = quantity(particles.SEED_LENGTH_MM, 1.5, 3.0, "mm", "length of the seed; the clump scales with it")
@@ -101,7 +101,7 @@ class SeedScene:
         self.points = centres @ rotation.T
         self.rotation = rotation
         self.time_step = numerics["time_step_fraction"] * contacts.rayleigh_step(float(self.radii.min()), seed)
-        self._adhesive = case["contact_law"] == "hertz_mindlin"  # its contacts know their adhesion
+        self._adhesive = case["contact_law"] != laws.LOCAL_DAMPING  # its contacts know their adhesion
         if self._adhesive:  # a strong damper asks for shorter steps
             self.time_step *= min(
                 1.0,
@@ -111,7 +111,7 @@ class SeedScene:
             raise Failed(f"the {case['contact_law']} law has no restitution that could depend on speed")
         spring = numerics["rolling_spring"] * min(inertia) / self.time_step**2
         options = {"rolling_stiffness": spring}
-        if case["contact_law"] in laws.LOCAL_DAMPING:
+        if case["contact_law"] == laws.LOCAL_DAMPING:
             options |= {"radius": self.rest_height, "damping": parameters["cohesive_frictional_damping"]}
         self.contacts = laws.LAWS[case["contact_law"]](seed, powder, pair, **options)
         O.reset()

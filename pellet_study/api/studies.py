@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Free = float | tuple[float, float] | tuple[float, float, float] | Setting
+Words = str | tuple[str, ...] | list[str]
 
 
 def load_study(folder: Path | str, library: Path | str | None = None) -> Study:
@@ -65,7 +66,7 @@ def study_of(
     parameters: Mapping[str, Free] | None = None,
     effects: Mapping[str, Mapping[str, Free]] | None = None,
     candidates: Sequence[str] | None = None,
-    possible: Mapping[str, Mapping[str, Free]] | None = None,
+    possible: Mapping[str, Mapping[str, Free | Words]] | None = None,
     contact_law: str | None = None,
     effort: float = 1.0,
     title: str = "study",
@@ -81,7 +82,7 @@ def study_of(
     parameters : a number is fixed; (min, max) or (value, min, max) is free; what is not named keeps its default
     effects : {effect: {parameter: as above}}, physics present beyond the base
     candidates : effects that `diagnose` may consider; default: all that act in the rigs used
-    possible : {rig: {condition: (min, max)}} of what could be measured next
+    possible : {rig: {condition: (min, max)}} of what could be measured next; of a condition that is a word, one or a list
     contact_law : of the rigs on YADE
     effort : multiplies the number of simulations
     folder : where simulations are kept (.store) and answers written; needed for rigs on YADE
@@ -132,11 +133,11 @@ def _rows(measurements: pd.DataFrame, catalogue: Catalogue) -> tuple[Measurement
             raise InputError(str(error).replace(str(file), "measurements")) from None
 
 
-def _settings(values: Mapping[str, Free] | None) -> dict[str, float | dict[str, float]]:
+def _settings(values: Mapping[str, Any] | None) -> dict[str, Any]:
     return {name: _setting(value) for name, value in (values or {}).items()}
 
 
-def _setting(value: Free) -> float | dict[str, float]:
+def _setting(value: Free | Words) -> float | str | list | dict[str, Any]:
     """As study.toml has it."""
     if isinstance(value, Setting):
         value = (
@@ -144,6 +145,8 @@ def _setting(value: Free) -> float | dict[str, float]:
         )
     if not isinstance(value, tuple | list):
         return value
+    if value and all(isinstance(word, str) for word in value):
+        return list(value)
     names = ("min", "max") if len(value) == 2 else ("value", "min", "max")
     if len(value) != len(names):
         raise InputError(f"{value!r}: expected a number, (min, max) or (value, min, max)")

@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 
 from pellet_study.rigs.catalogue import Catalogue, standard
+from pellet_study.rigs.declared import Condition
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import Setting, Study
 
@@ -39,11 +40,12 @@ class Demonstration:
     hides : effects hidden in turn; None: all that act
     same : {effect: the other one it is proportional to under all conditions}
     effort : of the study, simulations as a multiple of the least that answers
+    contact_law : of the study and of what is simulated; None: each rig's default
     """
 
     title: str
     observables: Mapping[str, str]
-    conditions: Sequence[tuple[str, Mapping[str, float]]]
+    conditions: Sequence[tuple[str, Mapping[str, Condition]]]
     ranges: Mapping[str, tuple[float, float, float]]
     truth: Mapping[str, tuple[float, float]]
     repeats: Mapping[str, int]
@@ -59,6 +61,7 @@ class Demonstration:
     hides: tuple[str, ...] | None = None
     same: Mapping[str, str] = field(default_factory=dict)
     effort: float = 1.0
+    contact_law: str | None = None
 
     @cached_property
     def catalogue(self) -> Catalogue:
@@ -69,8 +72,8 @@ class Demonstration:
         """A row for each condition, from its single readings."""
         found = []
         for k, ((rig, given), values) in enumerate(zip(self.conditions, readings, strict=True)):
-            declared = self.catalogue.rigs[rig].conditions
-            complete = {name: float(given.get(name, quantity["default"])) for name, quantity in declared.items()}
+            complete = self.catalogue.rigs[rig].default_conditions()
+            complete |= {c: value if isinstance(value, str) else float(value) for c, value in given.items()}
             found.append(
                 Measurement(
                     rig,
@@ -99,12 +102,15 @@ class Demonstration:
             catalogue=candidates or self.catalogue,
             candidates=self.candidates,
             effort=self.effort,
+            contact_law=self.contact_law,
         )
 
     def write(self, folder: Path, measured: Sequence[Measurement]) -> None:
         """study.toml and measurements.csv of such a study."""
         folder.mkdir(parents=True, exist_ok=True)
         lines = [f'title = "{self.title}"']
+        if self.contact_law is not None:
+            lines.append(f'contact_law = "{self.contact_law}"')
         if self.candidates is not None:
             quoted = ", ".join(f'"{name}"' for name in self.candidates)
             lines.append(f"candidates = [{quoted}]")

@@ -7,13 +7,13 @@ on it never come to rest); friction between the grains is to be calibrated. One 
 
 from pellet_study.challenge.demonstration import Demonstration
 
-NAMES = ("particle_diameter_um", "amplification", "powder_mass_g", "outlet_height_mm")
+NAMES = ("protocol", "particle_diameter_um", "amplification", "powder_mass_g", "outlet_height_mm")
 ROWS = (
-    (450.0, 8.5, 20.0, 32.0),
-    (600.0, 6.4, 18.0, 30.0),
-    (900.0, 4.2, 20.0, 32.0),
-    (1500.0, 2.5, 20.0, 34.0),
-    (1500.0, 2.6, 18.0, 30.0),
+    ("funnel", 450.0, 8.5, 20.0, 32.0),
+    ("funnel", 600.0, 6.4, 18.0, 30.0),
+    ("funnel", 900.0, 4.2, 20.0, 32.0),
+    ("funnel", 1500.0, 2.5, 20.0, 34.0),
+    ("funnel", 1500.0, 2.6, 18.0, 30.0),
 )
 
 HEAPS = Demonstration(
@@ -32,4 +32,5 @@ HEAPS = Demonstration(
     hides=("cohesion", "rolling_resistance", "cohesion", "liquid_bridges"),
     same={"liquid_bridges": "cohesion"},
     effort=0.6,
+    contact_law="cohesive_frictional_local_damping",  # the committed trials are those of release 0.1
 )

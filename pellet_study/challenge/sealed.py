@@ -131,6 +131,7 @@ def _cases(of: Demonstration, number: int, truth: Mapping, rigs: Mapping[str, Ri
             cases.append(
                 case(
                     rigs[rig],
+                    contact_law=of.contact_law,
                     seed=seed,
                     parameters={**truth["parameters"], **of.known},
                     conditions=given,
@@ -160,7 +161,17 @@ def weigh(stored: Stored, numbers: Sequence[int], folder: Path, store: Path, wor
             parameters = {**truth["parameters"], **of.known}
             for effects in (acting, {}):
                 asked.append((n, k, len(cases), len(cases) + len(seeds)))
-                cases += [case(rig, seed=s, parameters=parameters, conditions=given, effects=effects) for s in seeds]
+                cases += [
+                    case(
+                        rig,
+                        contact_law=of.contact_law,
+                        seed=s,
+                        parameters=parameters,
+                        conditions=given,
+                        effects=effects,
+                    )
+                    for s in seeds
+                ]
     table = dispatch.run(cases, store, workers=workers) if cases else None
     factors = {n: (np.ones(len(of.conditions)), np.zeros(len(of.conditions))) for n in numbers}
     for (n, k, *with_it), (_, _, *without) in zip(asked[::2], asked[1::2], strict=True):

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from pellet_study.rigs.catalogue import Catalogue
-from pellet_study.rigs.declared import Effect, Rig
+from pellet_study.rigs.declared import Condition, Effect, Rig
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import Setting, Study
 
@@ -269,7 +269,12 @@ def reading_sd(rig: str, value: Any) -> Any:
 
 
 def measurement(
-    rig: str, observable: str, given: Mapping[str, float], readings: Iterable[float], line: int = 0, split: str = "fit"
+    rig: str,
+    observable: str,
+    given: Mapping[str, Condition],
+    readings: Iterable[float],
+    line: int = 0,
+    split: str = "fit",
 ) -> Measurement:
     """A row from its readings."""
     read = np.asarray(readings, dtype=float)

@@ -1,7 +1,9 @@
 """pellet-study angle PHOTO...: the repose angle of a heap from photographs, or from the grains of a simulated one."""
 
 import argparse
+import math
 from pathlib import Path
+from typing import Any
 
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say, warn, working
@@ -10,7 +12,8 @@ EXAMPLE = """\
 Photograph the heap from the side, the camera at its height, lit from the front, with background of another tone on both
 sides and above, and the plate's edge in the picture from side to side: it gives the camera's tilt. Needs scikit-image:
 pip install 'pellet-study[angle]'. A CSV with columns x_m, y_m, z_m, radius_m (grains on a plate at z = 0) is read as every
-simulated heap is, over 24 directions.
+simulated heap is, over 12 directions. Every heap is read by straight lines through both flanks (20 to 80 % of the height)
+and by the least-squares triangle, which is the repose angle; grains by their moments as well.
 
 example:
   pellet-study angle heap_1.jpg heap_2.jpg heap_3.jpg --figures overlays --json angle.json
@@ -29,6 +32,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "(default: the plate's edge, else the heap's foot)",
     )  # fmt: skip
     parser.add_argument(
+        "--base-diameter", metavar="MM", type=float, help="of the disc about the axis on which the grains of CSVs lie "
+        "(default: an endless plate)",
+    )  # fmt: skip
+    parser.add_argument(
         "--figures", metavar="DIR", type=Path, default=Path("angle"), help="where the overlays go (./angle)"
     )
 
@@ -37,11 +44,15 @@ def run(arguments: argparse.Namespace) -> dict:
     """Measure every picture, draw what was fitted, print the angles and the row for measurements.csv."""
     if arguments.horizon is not None and not abs(arguments.horizon) <= 45:
         raise InputError(f"--horizon {arguments.horizon:g}: expected a tilt from -45 to 45 deg")
+    if arguments.base_diameter is not None and not 0 < arguments.base_diameter < math.inf:
+        raise InputError(f"--base-diameter {arguments.base_diameter:g}: expected a length above 0, in mm")
     tables = [file for file in arguments.photos if file.suffix.lower() == ".csv"]
     if tables:
         if len(tables) < len(arguments.photos):
             raise InputError("pictures and CSVs of grains together: expected one kind, as they are read differently")
-        return _of_grains(tables)
+        return _of_grains(tables, arguments.base_diameter)
+    if arguments.base_diameter is not None:
+        raise InputError("--base-diameter is of grains; a photograph shows where its heap ends")
     from pellet_study.heap import photograph, report
 
     found, problems = [], []
@@ -57,27 +68,34 @@ def run(arguments: argparse.Namespace) -> dict:
     answer = report.answer(arguments.photos, found, overlays)
     say(report.page(answer))
     warn(
-        f"{p['photo']}: the sides are no straight lines (+- {p['uncertainty_deg']:.1f} deg), as where a heap is seen from "
+        f"{p['photo']}: the sides are no straight lines (+- {p['flank_uncertainty_deg']:.1f} deg), as where a heap is seen from "
         f"above; look at {p['overlay']}, and photograph it from the side"
         for p in answer["photos"]
-        if p["uncertainty_deg"] > report.UNSURE_DEG
+        if p["flank_uncertainty_deg"] > report.UNSURE_DEG
     )
     done(f"overlays in {arguments.figures}", "init FOLDER")
     return answer
 
 
-def _of_grains(files: list[Path]) -> dict:
+def _of_grains(files: list[Path], base_diameter_mm: float | None) -> dict:
     """Read heaps of grains, print their angles."""
     from pellet_study.heap import render
     from yade_scripts import heap
 
+    base_radius = None if base_diameter_mm is None else 0.5e-3 * base_diameter_mm
     heaps = []
     for file in files:
         try:
-            found = heap.repose_angle(*render.read_grains(file))
+            found = heap.readings(*render.read_grains(file), base_radius)
         except heap.NoHeap as error:
             raise InputError(f"{file}: {error}") from None
-        heaps.append({"grains": str(file), "angle_deg": found.mean_deg, "standard_error_deg": found.standard_error_deg})
-        seen = len(found.directions_deg)
-        say(f"{file}: {found.mean_deg:.2f} +- {found.standard_error_deg:.2f} deg over {seen} directions")
+        one: dict[str, Any] = {"grains": str(file)}
+        one |= {"angle_deg": found.repose.angle_deg, "standard_error_deg": found.repose.standard_error_deg}
+        said = []
+        for name, (angle, apart) in zip(found._fields, found[:3], strict=False):
+            known = not math.isnan(angle)
+            one |= {f"{name}_deg": angle if known else None, f"{name}_error_deg": apart if known else None}
+            said.append(f"{name} {angle:.2f} +- {apart:.2f} deg" if known else f"no {name} ({found.no_flank})")
+        heaps.append(one)
+        say(f"{file}: {', '.join(said)}; over {heap.DIRECTIONS} directions")
     return {"angle_deg": sum(one["angle_deg"] for one in heaps) / len(heaps), "heaps": heaps}

@@ -46,7 +46,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument("--until", choices=STAGES, metavar="STAGE", help=f"last stage to do: {', '.join(STAGES)}")
     parser.add_argument("--only", choices=STAGES, metavar="STAGE", help="the one stage to do, again if it was done")
     parser.add_argument(
-        "--contact-law", choices=("cohesive_frictional", "hertz_mindlin"), help="instead of the study's"
+        "--contact-law",
+        choices=("cohesive_frictional", "hertz_mindlin", "cohesive_frictional_local_damping"),
+        help="instead of the study's",
     )
     parser.add_argument(
         "--results", metavar="FOLDER", type=Path, help="where the results go (the study itself); made where missing"

@@ -26,9 +26,9 @@ def by_level(state: CalibratedStudy, diagnosis: Diagnosis) -> dict | None:
     column = [model.names[c] for c in fitted.problem.free].index(worst.parameter)
     cases = [model.cases[c] for c in cells.case]
     in_rig = np.array([c.rig == worst.rig for c in cases])
-    level = np.array([c.conditions.get(worst.condition, np.nan) for c in cases])
+    level = np.array([c.conditions.get(worst.condition, np.nan) for c in cases], dtype=object)
     slope = fitted.jacobian[:, column]
-    levels = [x for x in np.unique(level[in_rig]) if (slope[in_rig & (level == x)] != 0).any()]
+    levels = [x for x in sorted(set(level[in_rig])) if (slope[in_rig & (level == x)] != 0).any()]
     weights = [(slope[in_rig & (level == x)] ** 2).sum() for x in levels]
 
     def refitted(residual: np.ndarray) -> list[float]:
@@ -47,7 +47,7 @@ def by_level(state: CalibratedStudy, diagnosis: Diagnosis) -> dict | None:
         "parameter": worst.parameter,
         "rig": worst.rig,
         "condition": worst.condition,
-        "levels": [float(x) for x in levels],
+        "levels": levels,
         "values": refitted(fitted.residual),
         "standard_errors": [float(1 / np.sqrt(w)) for w in weights],
         "present": float(fitted.values[column]),

@@ -9,6 +9,7 @@ from pellet_study.criticism.cell_means import CellMeans, cell_means
 from pellet_study.criticism.least_squares import Fit, fit, problem_of
 from pellet_study.errors import SimulationError
 from pellet_study.model.model import Model, refuse_too_few
+from pellet_study.output.words import number
 from pellet_study.study.study import Study
 
 EXCESS = 1.1  # residual over replicate variance up to which chance is the likely cause
@@ -74,7 +75,7 @@ def surface_error(state: CalibratedStudy) -> tuple[float, str] | None:
     z = (direct.mean - surface.mean)[0, known] / np.sqrt((direct.variance + surface.variance)[0, known])
     worst = known[np.argmax(np.abs(z))]
     case = model.cases[worst]
-    where = ", ".join(f"{name} {value:g}" for name, value in case.conditions.items())
+    where = ", ".join(f"{name} {number(value, 6)}" for name, value in case.conditions.items())
     return float(special.chdtrc(len(z), (z**2).sum())), (
         f"{case.rig} ({where}): simulated {direct.mean[0, worst]:.4g}, surface {surface.mean[0, worst]:.4g}"
     )

@@ -20,7 +20,10 @@ DRIFT = 0.001
 
 @dataclass(frozen=True)
 class Drift:
-    """A calibrated constant that does not stay constant: z over one condition, p over all directions together."""
+    """A calibrated constant that does not stay constant: z over one condition, p over all directions together.
+
+    `shape` is `rises`, `bends`, `differs` (of a rig from the others), or the word at which it differs from the others.
+    """
 
     parameter: str
     rig: str
@@ -81,7 +84,7 @@ def drift_directions(
     """What each direction is of, and the (k, n) directions, whitened.
 
     The change of the predictions with a constant, J_k, weighted with the standardised condition over one rig's cells, with
-    its square, or, for a constant that other rigs share, with one.
+    its square, with one where a condition is a certain word, or, for a constant that other rigs share, with one.
     """
     rigs = np.array([model.cases[c].rig for c in cells.case], dtype=object)
     labels, directions = [], []
@@ -110,8 +113,13 @@ def shapes_of(cases: Sequence[Case]) -> list[tuple[str, str, np.ndarray]]:
     shapes = []
     for condition in cases[0].conditions:
         values = np.array([case.conditions[condition] for case in cases])
+        words = values.dtype.kind == "U"
         levels = len(np.unique(values))
         if levels < 2:
+            continue
+        if words:  # of two words the one says what the other does
+            named = np.unique(values) if levels > 2 else np.unique(values)[1:]
+            shapes += [(condition, str(word), (values == word).astype(float)) for word in named]
             continue
         s = np.log(values) if (values > 0).all() else values
         s = (s - s.mean()) / s.std()

@@ -307,7 +307,11 @@ def what_varies(study: Study) -> str:
     """The conditions of a study's rigs that can be set otherwise, with their ranges, in words."""
     parts = []
     for rig in study.rigs:
-        ranges = study.catalogue.rigs[rig].conditions.items()
-        names = [f"{name} ({q['min']:g} to {q['max']:g})" for name, q in ranges if q["min"] < q["max"]]
+        names = []
+        for name, declared in study.catalogue.rigs[rig].conditions.items():
+            if "options" in declared:
+                names.append(f"{name} ({' or '.join(declared['options'])})")
+            elif declared["min"] < declared["max"]:
+                names.append(f"{name} ({declared['min']:g} to {declared['max']:g})")
         parts += [f"{rig} at other {' or '.join(names)}"] if names else []
     return "; ".join(parts)

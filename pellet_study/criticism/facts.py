@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pellet_study.criticism.verdicts import Note, Verdict
 from pellet_study.output.words import number
 from pellet_study.rigs.catalogue import Catalogue, Effect
+from pellet_study.rigs.declared import Condition
 from pellet_study.study.study import Study
 
 MOST_ASSUMED = 6  # parameters at their defaults that are spelt out
@@ -77,7 +78,7 @@ class Proposal:
 
     rig: str
     observable: str
-    conditions: Mapping[str, float]
+    conditions: Mapping[str, Condition]
     predictions: tuple[Prediction, ...]
     separation: float
 

@@ -37,9 +37,14 @@ def drift_words(drift: Drift) -> str:
     elif drift.shape == "bends":
         way = "upwards" if drift.z > 0 else "downwards"
         what = f"{drift.parameter} would have to bend {way} over {drift.condition} ({drift.rig})"
-    else:
+    elif drift.shape == "rises":
         what = (
             f"{drift.parameter} would have to {'rise' if drift.z > 0 else 'fall'} with {drift.condition} ({drift.rig})"
+        )
+    else:
+        what = (
+            f"{drift.parameter} would have to be {'higher' if drift.z > 0 else 'lower'} where {drift.condition} is "
+            f"{drift.shape} ({drift.rig})"
         )
     return f"{what}, z = {drift.z:.1f}, p {probability(drift.p)}"
 

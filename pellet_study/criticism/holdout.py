@@ -45,7 +45,7 @@ def _covariance_of(held: Sequence[RowResidual]) -> np.ndarray:
 def level_out_errors(state: CalibratedStudy) -> dict[str, float]:
     """Error on rows that a fit has not seen: each level of a condition kept back in turn, `rig.condition` -> rms.
 
-    Unweighted, in the observable's unit; for conditions with at least three levels, where enough cells stay to fit.
+    Unweighted, in the observable's unit; for conditions with at least three levels (words too), where enough cells stay to fit.
     """
     model, cells = state.model, state.cells
     rows = [row for row in state.study.rows if row.split == "fit"]
@@ -54,13 +54,13 @@ def level_out_errors(state: CalibratedStudy) -> dict[str, float]:
     errors_of = {}
     for rig in dict.fromkeys(cell.rig for cell in measured):
         for condition in next(cell for cell in measured if cell.rig == rig).conditions:
-            level = np.array([cell.conditions[condition] if cell.rig == rig else np.nan for cell in measured])
-            levels = np.unique(level[~np.isnan(level)])
+            level = [cell.conditions[condition] if cell.rig == rig else None for cell in measured]
+            levels = sorted({value for value in level if value is not None})
             if len(levels) < 3 or len({row.observable for row in rows if row.rig == rig}) > 1:
                 continue
             errors = []
             for left_out in levels:
-                kept = level != left_out
+                kept = np.array([value != left_out for value in level])
                 if kept.sum() < max(1, len(state.fit.problem.free)):
                     break
                 fitted = fit(model, part_of(cells, kept), problem_of(model, 2, state.fit.point))

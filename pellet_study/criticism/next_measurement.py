@@ -16,6 +16,7 @@ from pellet_study.criticism.calibration import CalibratedStudy, reduced_chi2
 from pellet_study.criticism.least_squares import Fit
 from pellet_study.criticism.possible import FEW_LEVELS, needs_simulation, possible_cases
 from pellet_study.criticism.predictions import predictions, reading_uncertainty
+from pellet_study.rigs.declared import Condition
 
 SEPARATES = 4.0  # squared distance of rivals in standard errors, from which a measurement is worth its while
 UNLIKELY = 8.0  # chi2 behind the best beyond which a rival, one fiftieth as likely, loses no more weight
@@ -27,7 +28,7 @@ class NextMeasurement:
 
     rig: str
     observable: str
-    conditions: dict[str, float]
+    conditions: dict[str, Condition]
     predictions: dict[str, float]
     uncertainties: dict[str, float]
     separation: float

@@ -1,20 +1,22 @@
 """What could be measured next: a grid over the conditions of a study's rigs."""
 
+from collections import Counter
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import combinations, product
 
 import numpy as np
 
 from pellet_study.model.model import Case
-from pellet_study.rigs.catalogue import Rig
-from pellet_study.study.study import Study
+from pellet_study.rigs.declared import Condition, Rig
+from pellet_study.study.measurements import Measurement
+from pellet_study.study.study import Possible, Study
 
 LEVELS = 9  # per condition; 729 cases with three conditions
 FEW_LEVELS = 3  # where simulations must answer
 
 
 def possible_cases(study: Study, count: int = LEVELS, effects: Iterable[str] | None = None) -> list[Case]:
-    """What could be measured next: a grid over each rig's ranges, two conditions at a time, the others as measured.
+    """What could be measured next: a grid over each rig's ranges and words, two conditions at a time, the others as measured.
 
     Of the rigs in which one of some effects acts (default: all). With few levels one condition at a time, as their
     predictions must be simulated.
@@ -28,41 +30,50 @@ def possible_cases(study: Study, count: int = LEVELS, effects: Iterable[str] | N
             continue
         rig = study.catalogue.rigs[name]
         rows = [row for row in study.rows if row.rig == name]
-        usual = {
-            c: float(np.median([row.conditions[c] for row in rows])) if rows else float(q["default"])
-            for c, q in rig.conditions.items()
-        }
+        usual = _usual(rig, rows)
         levels = levels_of(rig, given, count)
         observables = {row.observable for row in rows} or set(list(rig.observables)[:1])
         known = dict(rows[0].parameters) if rows else {}
         for values in _grid(levels, usual, count):
-            conditions = {**usual, **dict(zip(levels, map(float, values), strict=True))}
+            conditions = {**usual, **dict(zip(levels, values, strict=True))}
             cases += [Case(name, observable, conditions, known) for observable in sorted(observables)]
     return list({(c.rig, c.observable, tuple(c.conditions.values())): c for c in cases}.values())
 
 
-def levels_of(
-    rig: Rig, given: Mapping[str, tuple[float, float]] | None, count: int
-) -> dict[str, Sequence[float] | np.ndarray]:
-    """Levels of each condition that may be set: over the ranges given, else over those the rig can do."""
-    levels: dict[str, Sequence[float] | np.ndarray] = {}
+def _usual(rig: Rig, rows: Sequence[Measurement]) -> dict[str, Condition]:
+    """The conditions of a rig as measured: the median of a number, the commonest word; the defaults without rows."""
+    if not rows:
+        return rig.default_conditions()
+    usual: dict[str, Condition] = {}
+    for condition in rig.conditions:
+        measured = [row.conditions[condition] for row in rows]
+        common = Counter(measured).most_common(1)[0][0]
+        usual[condition] = common if rig.options(condition) else float(np.median(np.array(measured, dtype=float)))
+    return usual
+
+
+def levels_of(rig: Rig, given: Mapping[str, Possible] | None, count: int) -> dict[str, list[Condition]]:
+    """Levels of each condition that may be set: over the ranges and words given, else over those the rig can do."""
+    levels: dict[str, list[Condition]] = {}
     for condition, quantity in rig.conditions.items():
         if given is not None:
             if condition not in given:
                 continue
-            low, high = given[condition]
+            limits = given[condition]
         elif quantity.get("of_material"):  # another material is another question
             continue
         else:
-            low, high = quantity["min"], quantity["max"]
+            limits = rig.options(condition) or (quantity["min"], quantity["max"])
+        if rig.options(condition):
+            levels[condition] = list(limits)
+            continue
+        low, high = map(float, limits)
         between = np.geomspace(low, high, count) if low > 0 else np.linspace(low, high, count)
-        levels[condition] = between if low < high else [low]  # to the last digit
+        levels[condition] = between.tolist() if low < high else [low]  # to the last digit
     return levels
 
 
-def _grid(
-    levels: Mapping[str, Sequence[float] | np.ndarray], usual: Mapping[str, float], count: int
-) -> Iterator[tuple]:
+def _grid(levels: Mapping[str, list[Condition]], usual: Mapping[str, Condition], count: int) -> Iterator[tuple]:
     """Values of the conditions that have levels: in all combinations up to three, else two at a time; of few one at a time."""
     if count <= FEW_LEVELS:
         for c in levels:

@@ -1,6 +1,7 @@
 """What fitted explanations predict for cases not measured yet, and how uncertain that and a reading there are."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -41,18 +42,28 @@ def predictions(state: CalibratedStudy, cases: Sequence[Case], fits: Sequence[Fi
 
 
 def nearest_case(state: CalibratedStudy, cases: Sequence[Case]) -> np.ndarray:
-    """Place of the measured case of the same rig and observable that is nearest to each case, in shares of the ranges."""
+    """Place of the measured case of the same rig and observable that is nearest to each case, in shares of the ranges.
+
+    One with another word is farther than any whose words are the same.
+    """
     places = []
     for case in cases:
-        ranges = {c: (q["max"] - q["min"]) or 1.0 for c, q in state.study.catalogue.rigs[case.rig].conditions.items()}
+        declared = state.study.catalogue.rigs[case.rig].conditions
         away = [
-            sum(abs(other.conditions[c] - case.conditions[c]) / span for c, span in ranges.items())
+            sum(_apart(q, other.conditions[c], case.conditions[c], len(declared)) for c, q in declared.items())
             if (other.rig, other.observable) == (case.rig, case.observable)
             else np.inf
             for other in state.model.cases
         ]
         places.append(int(np.argmin(away)))
     return np.array(places)
+
+
+def _apart(declared: Mapping, a: Any, b: Any, of_words: int) -> float:
+    """How far two values of a condition are apart, in shares of its range; different words by a number."""
+    if "options" in declared:
+        return of_words * (a != b)
+    return abs(a - b) / ((declared["max"] - declared["min"]) or 1.0)
 
 
 def _slopes(

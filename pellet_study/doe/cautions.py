@@ -40,7 +40,7 @@ def surface_cautions(surface: Surface) -> list[str]:
     """What speaks against a fitted surface."""
     found = []
     helps = surface.box_cox is not None and surface.box_cox.transformation_needed
-    transform = ", transform the response (Box-Cox)" if helps else ""
+    transform = ", transform the response (--transform)" if helps else ""
     if surface.lack_of_fit_p is not None and surface.lack_of_fit_p < surface.alpha:
         found.append(
             f"the lack of fit is significant ({p_in_words(surface.lack_of_fit_p)}): the surface misses the runs by more "

@@ -1,4 +1,4 @@
-"""The repose angle of a heap in a photograph: heap told from background, profile, both flanks fitted.
+"""The repose angle of a heap in a photograph: heap told from background, profile, both flanks and a triangle fitted.
 
 The plate's edge is looked for at both sides of the picture, where no heap is (`plate`): it gives the camera's tilt and the
 line the heap stands on. Above it are only background and heap (`segmentation`). The profile and its lines are those of
@@ -21,19 +21,21 @@ PLACED = 0.25  # pixels to which an end of a fitted line is known at best
 
 
 class Photograph(NamedTuple):
-    """What was found: `outline` (n, 2) in pixels of `pixels` (rows, columns, 3; 0 to 1), `flanks` along `base`."""
+    """What was found: `outline` (n, 2) in pixels of `pixels` (rows, columns, 3; 0 to 1), `flanks`, `triangle` along `base`."""
 
     pixels: np.ndarray
     outline: np.ndarray
     base: LevelLine
     base_is: str
     flanks: heap.Flanks
-    uncertainty_deg: float
+    triangle: heap.Triangle
+    flank_error_deg: float
+    triangle_error_deg: float
 
     @property
     def angle_deg(self) -> float:
-        """Mean angle of both flanks, deg."""
-        return self.flanks.angle_deg
+        """The repose angle, deg: the triangle's, as `heap.Readings.repose` of grains."""
+        return self.triangle.angle_deg
 
 
 def measure(file: Path, horizon_deg: float | None = None) -> Photograph:
@@ -104,8 +106,17 @@ def _measured(
         raise heap.NoHeap(
             f"what stands out is no heap: its sides lie at {flanks.left.angle_deg:.0f} and {flanks.right.angle_deg:.0f} deg"
         )
+    triangle = heap.fit_triangle(x, height)
+    of_flanks = _error_deg(x, height, flanks)
+    uneven = triangle.angle_deg - flanks.angle_deg  # both sides alike, a line each: what the choice is worth
+    of_triangle = float(np.hypot(_error_deg(x, height, sides(triangle, heap.LOW, heap.HIGH)), uneven))
+    return Photograph(pixels, outline, base, base_is, flanks, triangle, of_flanks, of_triangle)
+
+
+def _error_deg(x: np.ndarray, height: np.ndarray, flanks: heap.Flanks) -> float:
+    """Standard error of the mean angle of two lines."""
     left, right = (slope_error_deg(x, height, flank) for flank in flanks)
-    return Photograph(pixels, outline, base, base_is, flanks, float(np.hypot(left, right) / 2))
+    return float(np.hypot(left, right) / 2)
 
 
 def _base(body: np.ndarray, edge: LevelLine | None, horizon_deg: float | None) -> tuple[LevelLine, str]:
@@ -146,15 +157,24 @@ def _one_top(height: np.ndarray) -> None:
         raise heap.NoHeap("two heaps that touch stand out; expected one in a picture")
 
 
+def sides(triangle: heap.Triangle, low: float = 0.0, high: float = 1.0) -> heap.Flanks:
+    """Both sides of a triangle as lines between two shares of its height."""
+    middle, top, slope = triangle
+    inner, outer = (1 - high) * top / slope, (1 - low) * top / slope
+    return heap.Flanks(
+        heap.Flank(triangle.angle_deg, slope, top - slope * middle, middle - outer, middle - inner),
+        heap.Flank(triangle.angle_deg, -slope, top + slope * middle, middle + inner, middle + outer),
+    )
+
+
 def slope_error_deg(x: np.ndarray, height: np.ndarray, flank: heap.Flank) -> float:
-    """Standard error of a flank's angle from the scatter about its line, neighbours being alike.
+    """Standard error of a flank's angle from the scatter about the least-squares line there, neighbours being alike.
 
     sd sqrt(tau / sum (x - mean)^2), tau the integrated autocorrelation of the residuals up to its first negative value;
     1.25 for a median instead of a mean; and a quarter of a pixel over the flank's length.
     """
     on = (x >= flank.start) & (x <= flank.end)
-    left = height[on] - flank.height_at_0 - flank.slope * x[on]
-    left = left - left.mean()
+    left = height[on] - np.polyval(np.polyfit(x[on], height[on], 1), x[on])
     power = np.correlate(left, left, "full")[len(left) - 1 :]
     alike = power / power[0] if power[0] > 0 else np.zeros(len(left))
     positive = np.flatnonzero(alike < 0)

@@ -4,7 +4,6 @@ Nothing but numpy; `picture` gives an array to show or save. Grains come from a 
 from (centres, radii), as particles.py and the rigs give them.
 """
 
-from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -45,16 +44,9 @@ def read_grains(file: Path) -> tuple[np.ndarray, np.ndarray]:
     return grains[:, :3], grains[:, 3]
 
 
-def without_strays(centres: np.ndarray, radii: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """The grains of a heap without the few that rolled far from it: those within 1.3 times the distance of 96 % of them."""
-    distance = np.hypot(*(centres[:, :2] - np.median(centres[:, :2], axis=0)).T)
-    near = distance <= 1.3 * np.quantile(distance, 0.96)
-    return centres[near], radii[near]
-
-
 def picture(
     centres: ArrayLike, radii: ArrayLike, *, width: int = 900, azimuth_deg: float = 30.0, elevation_deg: float = 12.0,
-    colour: Sequence[float] = GRAIN, plate: float | None = 0.0, vary: float = 0.07, margin: float = 0.06,
+    colour: ArrayLike = GRAIN, plate: float | None = 0.0, vary: float = 0.07, margin: float = 0.06,
 ) -> np.ndarray:  # fmt: skip
     """Grains seen from a direction.
 
@@ -64,7 +56,7 @@ def picture(
     radii : (n,) array, the same unit
     width : of the picture, pixels; the height follows from what is shown
     azimuth_deg, elevation_deg : of the camera, above the horizon
-    colour : (3,) RGB of the grains, 0 to 1
+    colour : (3,) RGB of the grains, or (n, 3) of each, 0 to 1
     plate : z of a plate they lie on, None for none
     vary : how much the lightness of the grains differs
     margin : free share of the width on each side
@@ -97,7 +89,8 @@ def picture(
     image = np.ones((rows, fine, 3)) * (PLATE if plate is not None else (1.0, 1.0, 1.0))
     if plate is not None:
         image *= _shadow(centres, radii, plate, (right, up, towards), low, scale, (rows, fine))[..., None]
-    image[hit] = np.clip(np.asarray(colour) * (tone[owner[hit]] * shade[hit])[:, None], 0, 1)
+    own = np.broadcast_to(np.asarray(colour, dtype=float), (len(radii), 3))[owner[hit]]
+    image[hit] = np.clip(own * (tone[owner[hit]] * shade[hit])[:, None], 0, 1)
     image = image.reshape(rows // 2, 2, fine // 2, 2, 3).mean(axis=(1, 3))
     return image[::-1]
 
@@ -169,21 +162,24 @@ def _shadow(
 
 
 @styled
-def profile(centres: np.ndarray, radii: np.ndarray) -> "Figure":
-    """A heap's outline from one side with the lines through both flanks, as the source paper's Figures 9 and 10.
+def profile(centres: np.ndarray, radii: np.ndarray, base_radius: float | None = None) -> "Figure":
+    """A heap's outline from one side, lines through both flanks as in the source paper's Figures 9 and 10, the triangle.
 
-    The title gives the heap's angle, the mean over all directions.
+    The title gives the heap's angles, means over all directions; `base_radius` (m) is that of a disc the heap lies on.
     """
-    x, height = heap.silhouette(centres, radii, 0.0)
-    flanks = heap.fit_flanks(x, height)
-    shown, sizes = without_strays(centres, radii)
-    ends = 1e3 * np.array([(shown[:, 0] - sizes).min(), (shown[:, 0] + sizes).max()])
-    figure, axes = style.new_axes(6.0, 1.4 + 5.2 * 1.1e3 * height.max() / np.ptp(ends))
+    whole = heap.readings(centres, radii, base_radius)
+    x, height = heap.silhouette(*heap.body(centres, radii), 0.0, base_radius)
+    ends = 1e3 * x[[0, -1]]
+    figure, axes = style.new_axes(6.0, 1.6 + 5.2 * 1.1e3 * height.max() / np.ptp(ends))
     axes.fill_between(1e3 * x, 1e3 * height, color=style.BAND)
     axes.plot(1e3 * x, 1e3 * height, color="black", linewidth=1, label="outline of the grains")
+    triangle = heap.fit_triangle(x, height)
+    sides = np.maximum(0, triangle.top - triangle.slope * np.abs(x - triangle.middle))
+    axes.plot(1e3 * x, 1e3 * sides, ":", color="black", linewidth=1.5, label=f"triangle {triangle.angle_deg:.2f} deg")
     for flank, side, colour, dash in zip(
-        flanks, ("left", "right"), (style.MEASURED, style.MODEL), ("-", "--"), strict=True
-    ):
+        _flanks(x, height, base_radius is not None), ("left", "right"), (style.MEASURED, style.MODEL), ("-", "--"),
+        strict=False,
+    ):  # fmt: skip
         along = np.array([flank.start, flank.end])
         label = f"{side} flank {flank.angle_deg:.2f} deg"
         axes.plot(
@@ -191,12 +187,23 @@ def profile(centres: np.ndarray, radii: np.ndarray) -> "Figure":
         )
     axes.set_xlim(*ends)
     axes.set_aspect("equal")
-    whole = heap.repose_angle(centres, radii)
     axes.set_title(
-        f"seen from one of {len(whole.directions_deg)} directions: {flanks.angle_deg:.2f} deg; "
-        f"the heap, their mean: {whole.mean_deg:.2f} ± {whole.standard_error_deg:.2f} deg"
+        f"seen from one of {heap.DIRECTIONS} directions; the heap:\n"
+        + ", ".join(
+            f"{name} {reading.angle_deg:.2f} ± {reading.standard_error_deg:.2f} deg"
+            for name, reading in zip(heap.Readings._fields, whole[:3], strict=False)
+            if np.isfinite(reading.angle_deg)
+        )
     )
     axes.set_xlabel("place (mm)")
-    axes.set_ylabel("height above the plate (mm)")
-    figure.legend(loc="outside lower center", ncols=3)
+    axes.set_ylabel("height above the base (mm)")
+    figure.legend(loc="outside lower center", ncols=2)
     return figure
+
+
+def _flanks(x: np.ndarray, height: np.ndarray, cut: bool) -> tuple[heap.Flank, ...]:
+    """Both flanks of an outline, or none where it is too flat."""
+    try:
+        return heap.fit_flanks(x, height, cut=cut)
+    except heap.NoHeap:
+        return ()

@@ -6,9 +6,11 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from pellet_study.heap.photograph import Photograph
+from pellet_study.heap.photograph import Photograph, sides
+from pellet_study.heap.plate import LevelLine
 from pellet_study.output import style
 from pellet_study.output.style import MEASURED, MODEL, styled
+from yade_scripts.heap import Flank
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -17,16 +19,29 @@ UNSURE_DEG = 3.0  # uncertainty of a photograph from which on its lines miss the
 
 
 def answer(files: Sequence[Path], found: Sequence[Photograph], overlays: Sequence[Path]) -> dict[str, Any]:
-    """Mean and standard deviation over the photographs (None for one), and each photograph."""
-    angles = [photo.angle_deg for photo in found]
+    """Mean and standard deviation over the photographs (None for one) of each reading, and each photograph."""
+
+    def over_all(angles: list[float]) -> tuple[float, float | None]:
+        return float(np.mean(angles)), float(np.std(angles, ddof=1)) if len(angles) > 1 else None
+
+    angle, sd = over_all([photo.angle_deg for photo in found])
+    flank, flank_sd = over_all([photo.flanks.angle_deg for photo in found])
+    triangle, triangle_sd = over_all([photo.triangle.angle_deg for photo in found])
     return {
-        "angle_deg": float(np.mean(angles)),
-        "sd": float(np.std(angles, ddof=1)) if len(angles) > 1 else None,
+        "angle_deg": angle,
+        "sd": sd,
+        "flank_deg": flank,
+        "flank_sd": flank_sd,
+        "triangle_deg": triangle,
+        "triangle_sd": triangle_sd,
         "photos": [
             {
                 "photo": str(file),
                 "angle_deg": photo.angle_deg,
-                "uncertainty_deg": photo.uncertainty_deg,
+                "uncertainty_deg": photo.triangle_error_deg,
+                "flank_deg": photo.flanks.angle_deg,
+                "flank_uncertainty_deg": photo.flank_error_deg,
+                "triangle_deg": photo.triangle.angle_deg,
                 "left_deg": photo.flanks.left.angle_deg,
                 "right_deg": photo.flanks.right.angle_deg,
                 "tilt_deg": photo.base.tilt_deg,
@@ -39,28 +54,31 @@ def answer(files: Sequence[Path], found: Sequence[Photograph], overlays: Sequenc
 
 
 def page(answer: dict[str, Any]) -> str:
-    """The angles as a table, and the row for measurements.csv."""
-    lines = [f"{'photo':24s}{'left':>8s}{'right':>8s}{'angle':>8s}{'+-':>6s}{'tilt':>7s}  deg; tilt from"]
+    """The angles as a table, and the rows for measurements.csv."""
+    lines = [f"{'photo':24s}{'left':>8s}{'right':>8s}{'flank':>8s}{'triangle':>9s}{'tilt':>7s}  tilt from"]
     for p in answer["photos"]:
         name = Path(p["photo"]).name
         lines.append(
             f"{name if len(name) < 24 else '...' + name[-20:]:24s}{p['left_deg']:8.2f}{p['right_deg']:8.2f}"
-            f"{p['angle_deg']:8.2f}{p['uncertainty_deg']:6.2f}{p['tilt_deg']:7.2f}  {p['tilt_from']}"
+            f"{p['flank_deg']:8.2f}{p['triangle_deg']:9.2f}{p['tilt_deg']:7.2f}  {p['tilt_from']}"
         )
     number = len(answer["photos"])
-    if answer["sd"] is None:
-        lines += [
-            "",
-            f"angle {answer['angle_deg']:.2f} deg from one photograph; the scatter from heap to heap is not known",
-        ]
-    else:
-        lines += ["", f"mean {answer['angle_deg']:.2f} deg, sd {answer['sd']:.2f} deg over {number} photographs"]
-    if any(p["uncertainty_deg"] > UNSURE_DEG for p in answer["photos"]):
+    lines.append("")
+    for reading in ("flank", "triangle"):
+        value, sd = answer[f"{reading}_deg"], answer[f"{reading}_sd"]
+        scatter = "one photograph, scatter not known" if sd is None else f"sd {sd:.2f} deg over {number} photographs"
+        lines.append(f"{reading:8s} {value:6.2f} deg, {scatter}")
+    if any(p["flank_uncertainty_deg"] > UNSURE_DEG for p in answer["photos"]):
         return "\n".join([*lines, "", "no row for measurements.csv: the lines miss the flanks"])
-    sd = "" if answer["sd"] is None else f"{answer['sd']:.3g}"
     lines += ["", "for measurements.csv of a study:", "rig,observable,value,sd,n"]
-    lines.append(f"repose,repose_angle_deg,{answer['angle_deg']:.4g},{sd},{number}")
+    lines.append(_row("repose_angle_deg", answer["angle_deg"], answer["sd"], number))
+    lines += ["the angle is the triangle's; of the lines through the flanks:"]
+    lines.append(_row("repose_flank_deg", answer["flank_deg"], answer["flank_sd"], number))
     return "\n".join(lines)
+
+
+def _row(observable: str, value: float, sd: float | None, number: int) -> str:
+    return f"repose,{observable},{value:.4g},{'' if sd is None else f'{sd:.3g}'},{number}"
 
 
 def draw(files: Sequence[Path], found: Sequence[Photograph], folder: Path) -> list[Path]:
@@ -92,15 +110,30 @@ def overlay(photo: Photograph) -> "Figure":
         color="#F0E442",
         label=f"level: {photo.base_is}",
     )
-    turn = np.arctan(photo.base.slope)
     for flank, name, colour, dash in zip(photo.flanks, ("left", "right"), (MEASURED, MODEL), ("-", "--"), strict=True):
-        along = np.array([flank.start, flank.end])
-        height = flank.height_at_0 + flank.slope * along
-        x = along * np.cos(turn) + height * np.sin(turn)
-        y = photo.base.y_at_0 + along * np.sin(turn) - height * np.cos(turn)
+        x, y = _in_picture(photo.base, flank)
         axes.plot(x, y, color="white", linewidth=4.5)
         axes.plot(x, y, dash, color=colour, linewidth=2.5, label=f"{name} flank {flank.angle_deg:.2f} deg")
     axes.set(xlim=(-0.5, columns - 0.5), ylim=(rows - 0.5, -0.5))
-    axes.set_title(f"{photo.angle_deg:.2f} ± {photo.uncertainty_deg:.2f} deg")
+    for x, y, name in (
+        (*_in_picture(photo.base, side), "triangle" if k == 0 else None) for k, side in enumerate(sides(photo.triangle))
+    ):
+        axes.plot(x, y, ":", color="white", linewidth=3.5)
+        axes.plot(x, y, ":", color="black", linewidth=1.8, label=name)
+    axes.set_title(
+        f"flanks {photo.flanks.angle_deg:.2f} ± {photo.flank_error_deg:.2f} deg, "
+        f"triangle {photo.triangle.angle_deg:.2f} ± {photo.triangle_error_deg:.2f} deg"
+    )
     figure.legend(loc="outside lower center", ncols=2, facecolor="0.75", frameon=True, edgecolor="none")
     return figure
+
+
+def _in_picture(base: LevelLine, line: Flank) -> tuple[np.ndarray, np.ndarray]:
+    """x and y (pixels) of both ends of a line that is given along the base and above it."""
+    turn = np.arctan(base.slope)
+    along = np.array([line.start, line.end])
+    height = line.height_at_0 + line.slope * along
+    return (
+        along * np.cos(turn) + height * np.sin(turn),
+        base.y_at_0 + along * np.sin(turn) - height * np.cos(turn),
+    )

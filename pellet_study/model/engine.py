@@ -14,7 +14,7 @@ class Request:
     Parameters
     ----------
     rig, observable : names
-    conditions : {name: (k,) array}
+    conditions : {name: (k,) array}, of words where the condition is one
     parameters : {name: (m, 1) or (m, k) array}
     effects : {effect: {parameter: (m, 1) array}}, only those that are there at some point
     """

@@ -16,6 +16,7 @@ import numpy as np
 from pellet_study.errors import InputError
 from pellet_study.model.closed_form import ClosedForm
 from pellet_study.model.engine import Engine, Request
+from pellet_study.rigs.declared import Condition
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import Study
 
@@ -51,7 +52,7 @@ class Case:
 
     rig: str
     observable: str
-    conditions: Mapping[str, float]
+    conditions: Mapping[str, Condition]
     parameters: Mapping[str, float]
 
 

@@ -9,6 +9,7 @@ from scipy.stats import qmc
 
 from pellet_study.model.engine import Request
 from pellet_study.model.terms import Range
+from pellet_study.rigs.declared import Condition
 from pellet_study.study.study import Study
 
 BASE = 2.4  # points a term of the base surface
@@ -24,11 +25,14 @@ Values = tuple[tuple[str, float], ...]
 
 @dataclass(frozen=True)
 class Site:
-    """A case of a rig with everything that is not a factor fixed; its text tells the seeds, so no field may be renamed."""
+    """A case of a rig with everything that is not a factor fixed; its text tells the seeds, so no field may be renamed.
+
+    Each word that a condition may be makes another site, with a surface of its own.
+    """
 
     rig: str
     observable: str
-    conditions: Values
+    conditions: tuple[tuple[str, Condition], ...]
     fixed: Values
 
 
@@ -63,15 +67,23 @@ class Plan:
         """The cases of a request, known and fixed parameters with their values; the same list for the same cases."""
         fixed_values = {n: v[0, 0] for n, v in request.parameters.items() if np.ndim(v) == 2 and n not in self.ranges}
         arrays = [*request.conditions.values(), *(v for v in request.parameters.values() if np.ndim(v) == 1)]
-        key = (request.rig, request.observable, *fixed_values.items(), *(np.asarray(a).tobytes() for a in arrays))
+        count = len(next(iter(request.conditions.values())))
+        key = (
+            request.rig,
+            request.observable,
+            count,
+            *fixed_values.items(),
+            *(np.asarray(a).tobytes() for a in arrays),
+        )
         if key not in self._known:
-            count = len(next(iter(request.conditions.values())))
             self._known[key] = [self._site(request, k) for k in range(count)]
         return self._known[key]
 
     def _site(self, request: Request, k: int) -> Site:
         known = self.rigs[request.rig].conditions
-        conditions = {c: float(v[k]) for c, v in request.conditions.items() if c in known}
+        conditions = {
+            c: str(v[k]) if "options" in known[c] else float(v[k]) for c, v in request.conditions.items() if c in known
+        }
         fixed = {}
         for name, values in request.parameters.items():
             values = np.asarray(values)

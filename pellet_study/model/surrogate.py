@@ -21,6 +21,7 @@ from pellet_study.model.response_surface import LogSurface, pooled
 from pellet_study.model.sites import BLOCKS, Plan, Point, Site
 from pellet_study.model.surfaces import Surfaces, unknown
 from pellet_study.model.terms import Link, quadratic_terms
+from pellet_study.output.words import number
 from pellet_study.study.study import Study
 
 MOST_LOST = 0.5  # share of a case's simulations that may fail
@@ -178,7 +179,7 @@ class Surrogate:
         total = sum(p.seeds for p in plan)
         if lost:
             reason = next(results[p].reason for p in plan if results[p].reason)
-            what = ", ".join(f"{k} = {v:g}" for k, v in site.conditions)
+            what = ", ".join(f"{k} = {number(v, 6)}" for k, v in site.conditions)
             text = f"{lost} of {total} simulations of {site.rig} ({what}) failed, the first with: {reason}"
             if lost > MOST_LOST * total:
                 return np.full(len(plan), np.nan), text

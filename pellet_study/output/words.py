@@ -1,7 +1,7 @@
 """Numbers, probabilities and names in words."""
 
 from collections.abc import Iterable
-from difflib import SequenceMatcher, get_close_matches
+from difflib import get_close_matches
 
 
 def number(value: float | str | None, digits: int = 4) -> str:
@@ -15,11 +15,12 @@ def probability(p: float | None) -> str:
 
 
 def nearest(given: object, accepted: Iterable[str]) -> str:
-    """`; accepted are b, a, c; did you mean b?` for an error message, the nearest names first."""
-    names = sorted(accepted, key=lambda name: (-SequenceMatcher(None, str(given), name).ratio(), name))
+    """`; accepted are b, a, c; did you mean b?` for an error message: what is near first, the others by the alphabet."""
+    names = sorted(accepted)
     if not names:
         return "; there is none"
-    return f"; accepted are {', '.join(names)}{did_you_mean(given, names)}"
+    near = get_close_matches(str(given), names)
+    return f"; accepted are {', '.join(dict.fromkeys([*near, *names]))}{did_you_mean(given, names)}"
 
 
 def did_you_mean(given: object, accepted: Iterable[str]) -> str:

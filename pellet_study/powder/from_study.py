@@ -8,7 +8,7 @@ from scipy.special import chdtrc
 from pellet_study.doe.factors import Factor
 from pellet_study.errors import InputError
 from pellet_study.paper.designs import screening_factors
-from pellet_study.powder.plan import DEFAULT_LAW, OBSERVABLE, RIG, SYMBOLS, Plan
+from pellet_study.powder.plan import DEFAULT_LAW, READINGS, RIG, SYMBOLS, Plan
 from pellet_study.rigs import on_yade
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import SCALINGS, Study
@@ -24,6 +24,8 @@ def plan_of(study: Study, contact_law: str | None = None) -> Plan:
     InputError : no measured repose angle, or several under different conditions, or none with a standard deviation;
         an angle that no heap has; anything the chain cannot hold or vary as the study says
     """
+    law = contact_law or study.contact_law or DEFAULT_LAW
+    refuse_law(study, law)
     rows = measured_rows(study)
     known = rows[0].parameters
     refuse_effects(study)
@@ -33,7 +35,7 @@ def plan_of(study: Study, contact_law: str | None = None) -> Plan:
     if not 0 < value < 90:
         raise InputError(f"the measured repose angle is {value:g} deg; expected one above 0 and below 90")
     return Plan(
-        contact_law or study.contact_law or DEFAULT_LAW,
+        law,
         factors,
         fixed,
         dict(rows[0].conditions),
@@ -44,7 +46,21 @@ def plan_of(study: Study, contact_law: str | None = None) -> Plan:
         freedom,
         remarks,
         own=frozenset(f.name for f in factors if SYMBOLS[f.name] in study.parameters),
+        seeds_by=study.seeds_by,
+        observable=rows[0].observable,
     )
+
+
+def refuse_law(study: Study, law: str) -> None:
+    """A law that cannot have an effect to which one of the factors A to G belongs cannot be calibrated with.
+
+    Raises
+    ------
+    InputError : says why
+    """
+    for effect in study.catalogue.effects.values():
+        if (why := effect.not_with.get(RIG, {}).get(law)) and set(effect.owns) & set(SYMBOLS.values()):
+            raise InputError(f"calibrate varies {', '.join(effect.owns)}, but {why}")
 
 
 def measured_rows(study: Study) -> list[Measurement]:
@@ -54,9 +70,14 @@ def measured_rows(study: Study) -> list[Measurement]:
     ------
     InputError : there are none, or they differ in their conditions or in what is known of them
     """
-    rows = [r for r in study.rows if r.rig == RIG and r.observable == OBSERVABLE and r.split == "fit"]
+    rows = [r for r in study.rows if r.rig == RIG and r.observable in READINGS and r.split == "fit"]
     if not rows:
         raise InputError(f"the measurements have no row of the rig {RIG}; calibrate needs the measured repose angle")
+    if several := sorted({row.observable for row in rows} - {rows[0].observable}):
+        raise InputError(
+            f"calibrate meets one reading of the heap, but the rows have {', '.join([rows[0].observable, *several])}; keep "
+            "one of them, or use compare"
+        )
     if any(dict(row.conditions) != dict(rows[0].conditions) for row in rows):
         raise InputError("calibrate meets one repose angle, but the rows differ in their conditions; use compare")
     if any(dict(row.parameters) != dict(rows[0].parameters) for row in rows):

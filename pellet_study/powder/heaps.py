@@ -1,7 +1,9 @@
 """The heaps of a powder calibration: how many, with which seeds, simulated or from the store."""
 
+import hashlib
 import os
 import shutil
+from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from pathlib import Path
@@ -16,8 +18,10 @@ from pellet_study.rigs import on_yade
 from pellet_study.simulation import dispatch
 
 FIRST_SEED = {"screening": 10_000, "climb": 20_000, "surface": 30_000, "validation": 50_000}
+OF_SETTINGS = 10**9  # seeds of each stage that belong to settings; the first digit is that of FIRST_SEED
 SEEDS_A_TRY = 1_000  # of each box of the surface and of each attempt of the validation, within their stage
 SEEDS_OF_READ = 8_000  # first of the validation where the setting was read: the chain that found it used those before
+TOO_FLAT = "too flat for a line through its flanks; measured as repose_triangle_deg it would have a number"
 KEEP_GRAINS = "PELLET_STUDY_GRAINS"  # where the rig leaves the grains of its heaps
 
 
@@ -47,6 +51,21 @@ def repeated(points: list[dict[str, float]], coded: np.ndarray, repeats: int) ->
     return points + (repeats - 1) * beside
 
 
+def seeds_by_setting(stage: str, levels: Sequence[Mapping[str, float]], first: int = 0) -> list[int]:
+    """Seeds that belong to what each heap is, wherever it stands: to its stage, its levels, and which of those there it is.
+
+    A hash of these among the seeds of the stage; the levels to six digits, as later ones of a setting that is searched
+    for are those of the machine.
+    """
+    found, times = [], Counter[str]()
+    for level in levels:
+        setting = " ".join([stage, str(first), *(f"{name}={level[name]:.6g}" for name in sorted(level))])
+        digest = hashlib.sha256(f"{setting} {times[setting]}".encode()).digest()
+        found.append(FIRST_SEED[stage] // 10_000 * OF_SETTINGS + int.from_bytes(digest[:8], "big") % OF_SETTINGS)
+        times[setting] += 1
+    return found
+
+
 def lost_of(runs: pd.DataFrame) -> int:
     """How many heaps gave no angle."""
     return int((runs["verdict"] != "ok").sum())
@@ -67,38 +86,49 @@ class Heaps:
     say: Callable[[str], object] = lambda line: None
 
     def at(self, stage: str, points: Sequence[Mapping[str, float]], first: int = 0) -> pd.DataFrame:
-        """A heap at each point ({factor: physical level}; the others at the middle of their range), seeds in order.
+        """A heap at each point ({factor: physical level}; the others at the middle of their range).
 
         Parameters
         ----------
         stage : whose seeds they take
-        first : the first of them, counted from the stage's own first
+        first : of them, counted from the stage's own first: tells one try from another at the same points
 
         Returns
         -------
         Columns `stage`, `seed`, the factors, `repose_angle_deg` (missing where there is none), `direction_error_deg`,
         `bond_number`, `verdict`, `id`.
         """
+        levels = [self.levels(point) for point in points]
+        if self.plan.seeds_by == "place":
+            return self._simulated(stage, levels, [FIRST_SEED[stage] + first + k for k in range(len(levels))])
+        return self._simulated(stage, levels, seeds_by_setting(stage, levels, first))
+
+    def levels(self, point: Mapping[str, float]) -> dict[str, float]:
+        """{factor: physical level} of all factors."""
         middle = {factor.name: factor.centre for factor in self.plan.factors}
-        levels = [{name: round(float(x), 10) for name, x in {**middle, **point}.items()} for point in points]
+        return {name: round(float(x), 10) for name, x in {**middle, **point}.items()}
+
+    def _simulated(self, stage: str, levels: Sequence[Mapping[str, float]], seeds: Sequence[int]) -> pd.DataFrame:
         cases = [
             on_yade.case(
                 RIG,
                 contact_law=self.plan.contact_law,
-                seed=FIRST_SEED[stage] + first + k,
+                seed=seed,
                 parameters=self.plan.fixed | {SYMBOLS[name]: value for name, value in level.items()},
                 conditions=self.plan.conditions,
                 numerics=self.plan.numerics,
             )
-            for k, level in enumerate(levels)
+            for level, seed in zip(levels, seeds, strict=True)
         ]
         found = dispatch.run(cases, self.store, workers=self.workers, quiet=self.quiet)
         table = pd.DataFrame(levels)
-        table.insert(0, "seed", [case["seed"] for case in cases])
+        table.insert(0, "seed", seeds)
         table.insert(0, "stage", stage)
-        for name in (OBSERVABLE, "direction_error_deg", "bond_number"):
-            table[name] = pd.to_numeric(found[name], errors="coerce").to_numpy()
-        table["verdict"] = found["status"].to_numpy()
+        read = {OBSERVABLE: self.plan.observable} | {name: name for name in ("direction_error_deg", "bond_number")}
+        for name, observable in read.items():
+            table[name] = pd.to_numeric(found[observable], errors="coerce").to_numpy()
+        unread = (found["status"] == "ok").to_numpy() & table[OBSERVABLE].isna()
+        table["verdict"] = found["status"].mask(unread, f"no {self.plan.observable}: {TOO_FLAT}").to_numpy()
         table["id"] = found["id"].to_numpy()
         return table
 
@@ -120,13 +150,13 @@ class Heaps:
             )
         return good
 
-    def keep_grains(self, point: Mapping[str, float], first: int, file: Path) -> None:
+    def keep_grains(self, point: Mapping[str, float], seed: int, file: Path) -> None:
         """A heap of the validation once more, its grains kept in `file`; stored by itself, so simulated once only."""
         folder = self.store.resolve() / "grains"
         folder.mkdir(parents=True, exist_ok=True)
         os.environ[KEEP_GRAINS] = str(folder)
         try:
-            again = replace(self, store=folder).at("validation", [point], first=first).iloc[0]
+            again = replace(self, store=folder)._simulated("validation", [self.levels(point)], [seed]).iloc[0]
         finally:
             del os.environ[KEEP_GRAINS]
         left = folder / f"{again['id']}.csv"

@@ -10,9 +10,15 @@ from pellet_study.doe import validation
 from pellet_study.doe.answers import plain
 from pellet_study.doe.factors import Factor
 from pellet_study.rigs import on_yade
-from yade_scripts import powder_scene
+from yade_scripts import laws, powder_scene
 
 RIG, OBSERVABLE = "repose", "repose_angle_deg"
+READINGS = (
+    OBSERVABLE,
+    "repose_flank_deg",
+    "repose_triangle_deg",
+    "repose_moment_deg",
+)  # of a heap; a study measures one
 SYMBOLS = {
     "A": "powder_restitution",
     "B": "powder_static_friction",
@@ -31,10 +37,8 @@ NAMES = {
     "F": "rolling friction powder-steel",
     "G": "surface energy",
 }
-DEFAULT_LAW = "cohesive_frictional"
-IDLE = {
-    "cohesive_frictional": {"A": "the law has no restitution; A is an idle column, its effect an estimate of noise"}
-}
+DEFAULT_LAW = laws.COHESIVE_FRICTIONAL
+IDLE = {laws.LOCAL_DAMPING: {"A": "the law has no restitution; A is an idle column, its effect an estimate of noise"}}
 
 
 @dataclass(frozen=True)
@@ -44,7 +48,9 @@ class Plan:
     `factors` are the seven of the screening with the ranges of the study (those of `own`) or the paper's Table 6; `fixed`
     the parameters that stay; `target`, `sd`, `n` the measured angle, the standard deviation of a reading and the number of
     readings; `freedom` the degrees of freedom of `sd`; `margin` that of the equivalence test, the measurement's own
-    standard deviation; `remarks` what the reader must know.
+    standard deviation; `remarks` what the reader must know; `seeds_by` is "setting" where the seed of a heap belongs to
+    its levels, "place" where it follows from where the heap stands in its design, as in release 0.1; `observable` is the
+    reading of the heap that was measured.
     """
 
     contact_law: str
@@ -58,6 +64,8 @@ class Plan:
     freedom: int
     remarks: tuple[str, ...] = ()
     own: frozenset[str] = frozenset()
+    seeds_by: str = "setting"
+    observable: str = OBSERVABLE
 
     @property
     def margin(self) -> float:

@@ -16,6 +16,7 @@ from pellet_study.powder.plan import NAMES, RIG, Plan
 from pellet_study.powder.results import Results
 from pellet_study.powder.text import levels, summary
 from pellet_study.rigs import on_yade
+from yade_scripts import heap
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -172,16 +173,17 @@ def coefficients_lines(coefficients: pd.DataFrame) -> list[str]:
 
 
 def laws(results: Results) -> pd.DataFrame | None:
-    """The answers of both contact laws side by side; None where the other's, for the same plan, are not in FOLDER/LAW.
+    """The answers of two contact laws side by side; None where another's, for the same plan, are not in FOLDER/LAW.
 
     Returns
     -------
     A row a factor: effect and standard error of each law and the paper's effect (deg), then each law's setting that
     meets the target, and whether an effect is beyond two standard errors.
     """
-    other = next(law for law in on_yade.rig(RIG).contact_laws if law != results.plan.contact_law)
-    beside = replace(results, plan=replace(results.plan, contact_law=other), folder=results.folder / other)
-    if not (results.done("screening") and beside.done("screening")):
+    others = (law for law in on_yade.rig(RIG).contact_laws if law != results.plan.contact_law)
+    each = (replace(results, plan=replace(results.plan, contact_law=o), folder=results.folder / o) for o in others)
+    beside = next((one for one in each if one.done("screening")), None)
+    if beside is None or not results.done("screening"):
         return None
     table = pd.DataFrame({"factor": list(NAMES)})
     for one in (results, beside):
@@ -203,5 +205,5 @@ def draw_heap(grains: Path, folder: Path) -> None:
 
     centres, radii = render.read_grains(grains)
     folder.mkdir(parents=True, exist_ok=True)
-    imsave(folder / "heap.png", render.picture(*render.without_strays(centres, radii), width=1000))
+    imsave(folder / "heap.png", render.picture(*heap.body(centres, radii), width=1000))
     figures.save({"heap_profile": render.profile(centres, radii)}, folder)

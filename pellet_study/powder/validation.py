@@ -45,8 +45,8 @@ def validate(heaps: Heaps, results: Results) -> Validation:
         if nothing_nearer := better is None:
             break
         point = better
-    whole = int((runs["verdict"] == "ok").idxmax())  # the first that gave an angle
-    heaps.keep_grains(point, first + SEEDS_A_TRY * (len(attempts) - 1) + whole, results.grains)
+    whole = (runs["verdict"] == "ok").idxmax()  # the first that gave an angle
+    heaps.keep_grains(point, int(runs.loc[whole, "seed"]), results.grains)
     decision = Validation(**asdict(attempts[-1]), attempts=attempts, nothing_nearer=nothing_nearer)
     results.write_decision("validation", decision)
     return decision

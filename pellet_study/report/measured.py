@@ -128,6 +128,8 @@ def varied(rows: Sequence[Measurement]) -> list[str]:
     return [c for c in rows[0].conditions if len({row.conditions[c] for row in rows}) > 1]
 
 
-def _span(values: Sequence[float]) -> str:
+def _span(values: Sequence) -> str:
+    if isinstance(values[0], str):
+        return ", ".join(dict.fromkeys(values))
     low, high = min(values), max(values)
     return number(low) if low == high else f"{number(low)} to {number(high)}"

@@ -35,7 +35,7 @@ def particles(study: Study, folder: Path) -> list[Picture]:
             raise InputError(f"{file}: {error}") from None
         found.append(
             rendering(
-                render.picture(*render.without_strays(centres, radii), width=1000),
+                render.picture(*heap.body(centres, radii), width=1000),
                 f"a heap of {len(radii)} grains",
                 f"A heap as simulated: {len(radii)} grains ({file.name}), the few that rolled far away not shown.",
             )
@@ -43,8 +43,8 @@ def particles(study: Study, folder: Path) -> list[Picture]:
         found.append(
             picture(
                 fitted,
-                "outline of the heap with a line through each flank",
-                "The same heap from one side, and the straight lines whose angles are averaged over many sides.",
+                "outline of the heap with a line through each flank and the least-squares triangle",
+                "The same heap from one side, and the lines and the triangle whose angles are averaged over many sides.",
             )
         )
     return found

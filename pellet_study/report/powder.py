@@ -21,7 +21,7 @@ from pellet_study.powder.decisions import (
     read_decision,
 )
 from pellet_study.powder.figures import climb, heaps
-from pellet_study.powder.plan import NAMES, OBSERVABLE, RIG, SYMBOLS, differences
+from pellet_study.powder.plan import NAMES, OBSERVABLE, READINGS, RIG, SYMBOLS, differences
 from pellet_study.powder.tables import errors_of, surface_of, table_of
 from pellet_study.powder.text import curvature, levels, or_unknown, selection
 from pellet_study.report.parts import Stage, Table, picture, table
@@ -33,7 +33,7 @@ Measured = tuple[float, float | None] | None  # the angle and its standard devia
 
 def measured_angle(study: Study) -> Measured:
     """The mean of the study's repose angles and the root of their mean variance (deg), None where none was measured."""
-    angles = [row for row in study.rows if row.rig == RIG and row.observable == OBSERVABLE and row.split == "fit"]
+    angles = [row for row in study.rows if row.rig == RIG and row.observable in READINGS and row.split == "fit"]
     if not angles:
         return None
     value = sum(row.n * row.value for row in angles) / sum(row.n for row in angles)

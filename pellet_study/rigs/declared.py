@@ -1,5 +1,6 @@
 """What the file of a rig or of an effect declares, checked."""
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cached_property
@@ -11,11 +12,16 @@ from pellet_study.errors import InputError
 from pellet_study.rigs.scripts import fingerprint
 from yade_scripts import case as case_file
 
+WORD = re.compile(r"[A-Za-z_]\w*")  # so that no table takes it for a number
 SCENES = ("SEED_SCENE", "POWDER_SCENE")  # what an effect calls its places in a scene on YADE
 OF_EVERY_RIG = ("name", "parameters", "conditions", "observables")
 ON_YADE = ("contact_laws", "effects", "numerics", "random", "time_limit_s")  # what a rig on YADE declares besides
+Condition = float | str  # a condition's value: a number, or a word of its options
 FLAT_TO_UPRIGHT = (0.0, 90.0)
-READABLE = {"slip_angle_deg": FLAT_TO_UPRIGHT, "repose_angle_deg": FLAT_TO_UPRIGHT}  # where the rig says nothing
+READABLE = {  # where the rig says nothing
+    "slip_angle_deg": FLAT_TO_UPRIGHT,
+    **{f"repose_{reading}_deg": FLAT_TO_UPRIGHT for reading in ("angle", "flank", "triangle", "moment")},
+}
 # units of the package's own observables on YADE; their scripts are hashed with every result and say only what they mean
 UNITS = {
     "rebound_height_mm": "mm",
@@ -33,6 +39,7 @@ UNITS = {
     "direction_error_deg": "deg",
     "bond_number": "1",
     "grains": "1",
+    "over_edge_share": "1",
     "heap_height_mm": "mm",
     "flow_time_s": "s",
     "end_time_s": "s",
@@ -55,7 +62,8 @@ class Effect:
     that stand in their place there; `sides` is 1 where the amount has one sign, 2 where it may have either; `rigs` maps
     a rig to where the effect shows in it. `reading` is what an effect on nothing but the reading makes of it; `file` is
     that of an effect of the user's own, None where it comes with the package; `scenes` holds its SEED_SCENE and
-    POWDER_SCENE, where it has them; `owns` names parameters of rigs that mean nothing without it.
+    POWDER_SCENE, where it has them; `owns` names parameters of rigs that mean nothing without it; `not_with` maps a rig to
+    the contact laws that cannot have the effect, and why.
     """
 
     name: str
@@ -73,6 +81,7 @@ class Effect:
     file: Path | None = None
     scenes: Mapping[str, Mapping] = field(default_factory=dict)
     owns: tuple[str, ...] = ()
+    not_with: Mapping[str, Mapping[str, str]] = field(default_factory=dict)
 
     @property
     def amount(self) -> str:
@@ -107,9 +116,11 @@ class Rig:
 
     `parameters`, `conditions` and `numerics` map names to {default, min, max, unit, meaning}; a condition is usual from
     `min` to `max` and may also have `limits`, what the rig can simulate (default: ten times beyond), and `required`, true
-    where it has to be given; a parameter must lie from `min` to `max` and may have a `physical` range, where it usually
-    does. `observables` maps names to what they mean, `units` to the units they are read in, as far as these are declared;
-    `readable` bounds what can be read of an observable. Only on YADE: `effects` maps each effect the script knows to its parameters with the value
+    where it has to be given; one that is a word out of a list has `options` in place of min and max, and nothing is
+    interpolated over it. A parameter must lie from `min` to `max` and may have a `physical` range, where it usually does.
+    `observables` maps names to what they mean, `units` to the units they are read in, as far as these are declared;
+    `readable` bounds what can be read of an observable. Only on YADE: `effects` maps each effect the script knows to its
+    parameters with the value
     that means absent; `random` rigs scatter over the seed, and `seeds` of them make a mean; in `paired` ones the same
     seed ends nearly alike in nearly the same case; `extra` are files of effects beyond the rig's own, which it can take
     where `takes_effects` is true.
@@ -150,6 +161,17 @@ class Rig:
         if self.file is None:
             raise InputError(f"rig {self.name} has no script to run in YADE")
         return self.file
+
+    def options(self, condition: str) -> tuple[str, ...]:
+        """The words that a condition may be; () where it is a number."""
+        return tuple(self.conditions.get(condition, {}).get("options", ()))
+
+    def default_conditions(self) -> dict[str, Condition]:
+        """Every condition at its default."""
+        return {
+            name: declared["default"] if "options" in declared else float(declared["default"])
+            for name, declared in self.conditions.items()
+        }
 
     def with_effects(self, effects: Sequence[Effect]) -> "Rig":
         """The rig with some effects of other files; one with the name of an effect it has takes its place.
@@ -206,6 +228,9 @@ def rig_from(module: ModuleType, file: Path) -> Rig:
             f"{declared['observables']!r}"
         )
     for name, quantity in [*declared["parameters"].items(), *declared["conditions"].items()]:
+        if "options" in quantity and name in declared["conditions"]:
+            _check_options(file, name, quantity)
+            continue
         if absent := [key for key in ("default", "min", "max") if key not in quantity]:
             raise InputError(f"{file}: {name} lacks {', '.join(absent)}")
         if not quantity["min"] <= quantity["default"] <= quantity["max"]:
@@ -267,6 +292,20 @@ def _check_range(file: Path, name: str, quantity: Mapping, key: str) -> None:
         )
 
 
+def _check_options(file: Path, name: str, declared: Mapping) -> None:
+    """Refuse a condition whose options are no list of different words with its default among them."""
+    options = declared["options"]
+    words = not isinstance(options, str) and all(isinstance(word, str) and WORD.fullmatch(word) for word in options)
+    if not words or len(set(options)) < max(len(options), 1):
+        raise InputError(
+            f"{file}: {name}: expected options to be different words (letters, digits, _), got {options!r}"
+        )
+    if declared.get("default") not in options:
+        raise InputError(
+            f"{file}: {name}: expected a default among {', '.join(options)}, got {declared.get('default')!r}"
+        )
+
+
 def _refuse_clash(rig: Rig) -> Rig:
     """The rig, or InputError where a column of its table would be both an input and an observable."""
     clash = set(rig.observables) & set(case_file.flat(case_file.example(vars(rig))))
@@ -301,6 +340,7 @@ def effect_from(module: ModuleType, where: Path, file: Path | None = None) -> Ef
         file=file,
         scenes=scenes,
         owns=tuple(declared.get("owns", ())),
+        not_with=declared.get("not_with", {}),
     )
 
 

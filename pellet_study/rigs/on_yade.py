@@ -5,15 +5,16 @@ from functools import cache
 from pathlib import Path
 
 from pellet_study.errors import InputError
-from pellet_study.output.words import did_you_mean
+from pellet_study.output.words import did_you_mean, nearest
 from pellet_study.rigs.catalogue import declaring, standard
-from pellet_study.rigs.declared import Rig, rig_in
+from pellet_study.rigs.declared import Condition, Rig, rig_in
 from pellet_study.rigs.scripts import SCRIPTS
 from yade_scripts import case as case_file
+from yade_scripts import laws
 
-# Numerics that a law needs in a rig where the rig's own default is another law's: a dense fill of Mindlin contacts gives wrong
-# angles, or blows up, at 0.18 of the Rayleigh step (docs/heap_checks.md).
-OF_LAW = {("repose", law): {"time_step_fraction": 0.09} for law in ("hertz_mindlin", "cohesive_frictional_restitution")}
+# Numerics of a law in a rig where the rig's own default is another law's: those of release 0.1, whose step holds without a
+# damper between grains (docs/heap_checks.md).
+OF_LAW = {("repose", laws.LOCAL_DAMPING): {"time_step_fraction": 0.18, "outlet_diameter_mm": 24.0}}
 
 
 @cache
@@ -50,7 +51,7 @@ def case(
     contact_law: str | None = None,
     seed: int = 0,
     parameters: Mapping[str, float] | None = None,
-    conditions: Mapping[str, float] | None = None,
+    conditions: Mapping[str, Condition] | None = None,
     effects: Mapping[str, Mapping[str, float]] | None = None,
     numerics: Mapping[str, float] | None = None,
 ) -> dict:
@@ -58,7 +59,7 @@ def case(
 
     Raises
     ------
-    InputError : a name the rig does not know, or a rig that does not run on YADE
+    InputError : a name or a word the rig does not know, or a rig that does not run on YADE
     """
     declared = rig(name) if isinstance(name, str) else name
     if not declared.on_yade:
@@ -79,9 +80,12 @@ def case(
 
 
 def _known(of: Rig, group: str, values: Mapping, known: Mapping) -> dict:
-    """The values as floats, or InputError for a name that is not known."""
-    for key in values:
+    """The values as floats, or InputError for a name, or a word, that is not known."""
+    for key, value in values.items():
         if key not in known:
             what = group[:-1] if group.endswith("s") else group
             raise InputError(f"rig {of.name} has no {what} {key!r}{did_you_mean(key, known)}")
+        options = known[key].get("options", ()) if isinstance(known[key], Mapping) else ()
+        if options and value not in options:
+            raise InputError(f"rig {of.name}: {key} {value!r} is unknown{nearest(value, options)}")
     return {key: float(value) if isinstance(value, (int, float)) else value for key, value in values.items()}

@@ -10,7 +10,7 @@ import pandas as pd
 from pellet_study.errors import InputError, SimulationError
 from pellet_study.rigs.declared import Rig
 from pellet_study.rigs.on_yade import rigs_of
-from pellet_study.simulation import local, yade
+from pellet_study.simulation import local, unseen, yade
 from pellet_study.simulation.store import Store, key
 
 SCHEDULER, TIME_LIMIT = "PELLET_STUDY_SCHEDULER", "PELLET_STUDY_TIME_LIMIT_S"
@@ -62,6 +62,7 @@ def run(
         missing = {case["id"]: case for case in keyed if case["id"] not in done[case["rig"]]}
         if missing:
             yade.refuse_old()
+            unseen.check(workers or cores())
             if scheduler:
                 from pellet_study.simulation import cluster
 

@@ -6,10 +6,10 @@ from itertools import product
 from typing import Any
 
 from pellet_study.rigs.on_yade import case, rig
+from yade_scripts import laws
 
-MINDLIN, COHESIVE = "hertz_mindlin", "cohesive_frictional"
-RESTITUTION = "cohesive_frictional_restitution"
-BOTH = (MINDLIN, COHESIVE)
+MINDLIN, DISSIPATING, LOCAL_DAMPING = laws.HERTZ_MINDLIN, laws.COHESIVE_FRICTIONAL, laws.LOCAL_DAMPING
+BOTH = (MINDLIN, LOCAL_DAMPING)
 CHECKS = (
     "restitution",
     "hertz",
@@ -73,7 +73,7 @@ SWEEPS = (
     ),
     Sweep(
         "restitution",
-        (COHESIVE,),
+        (LOCAL_DAMPING,),
         {E: (0.25, 0.9), V: (0.1, 4.0), DAMPING: (0.0, 0.1, 0.3, 0.6, 0.9)},
         {DAMPING: (0.0, 0.3)},
     ),
@@ -91,7 +91,7 @@ SWEEPS = (
     ),
     Sweep("hertz", BOTH, {"radius_mm": (0.26, 0.5), V: (0.1, 1.0, 4.0)}, {"radius_mm": (0.5,), V: (1.0,)}),
     Sweep("sliding", (MINDLIN,), {E: (0.05, 0.25, 0.9), MU: (0.1, 0.3, 0.6, 0.85)}, {E: (0.05,), MU: (0.3,)}),
-    Sweep("sliding", (COHESIVE,), {MU: (0.1, 0.3, 0.6, 0.85), DAMPING: (0.0, 0.3)}, {MU: (0.6,)}),
+    Sweep("sliding", (LOCAL_DAMPING,), {MU: (0.1, 0.3, 0.6, 0.85), DAMPING: (0.0, 0.3)}, {MU: (0.6,)}),
     Sweep(
         "rolling",
         (MINDLIN,),
@@ -106,7 +106,7 @@ SWEEPS = (
     ),
     Sweep(
         "rolling",
-        (COHESIVE,),
+        (LOCAL_DAMPING,),
         {MU_R: (0.0, 0.05, 0.25), DAMPING: (0.0, 0.3), "impact_m_s": (0.0, 0.05)},
         {MU_R: (0.05,), "impact_m_s": (0.0,)},
     ),
@@ -115,9 +115,9 @@ SWEEPS = (
     Sweep("adhesion_jump", BOTH, {E: (0.05, 0.25, 0.5, 0.9), **NO_DAMPING}, {E: (0.25,)}),
     Sweep("two_pairs", (MINDLIN,), NO_DAMPING, {}),
     Sweep("two_pairs", (MINDLIN,), {**NO_DAMPING, **STICKY}, {}),
-    Sweep("two_pairs", (COHESIVE,), NO_DAMPING, {}),
-    Sweep("two_pairs", (COHESIVE,), {**NO_DAMPING, **STICKY}, {}),
-    Sweep("two_pairs", (COHESIVE,), {}, {}),
+    Sweep("two_pairs", (LOCAL_DAMPING,), NO_DAMPING, {}),
+    Sweep("two_pairs", (LOCAL_DAMPING,), {**NO_DAMPING, **STICKY}, {}),
+    Sweep("two_pairs", (LOCAL_DAMPING,), {}, {}),
     Sweep("two_pairs", BOTH, {**NO_DAMPING, **SWAPPED}, None),
     Sweep(
         "clump_restitution",
@@ -128,8 +128,8 @@ SWEEPS = (
     Sweep("clump_inertia", (MINDLIN,), {"seed_length_mm": (1.5, 2.2, 3.0)}, {"seed_length_mm": (2.2,)}),
     Sweep("free_spin", (MINDLIN,), {"spin_rad_s": (300.0, 1000.0, 2000.0)}, {"spin_rad_s": (1000.0,)}),
     Sweep("clump_sliding", (MINDLIN,), {SEED_E: (0.05, 0.25), SEED_MU: (0.3, 0.6, 0.85)}, {SEED_E: (0.05,), SEED_MU: (0.3,)}),
-    Sweep("clump_sliding", (COHESIVE,), {SEED_MU: (0.3, 0.6, 0.85)}, {SEED_MU: (0.6,)}),
-    Sweep("clump_restitution", (COHESIVE,), {TOUCHING: (1.0, 6.0)}, {}),
+    Sweep("clump_sliding", (LOCAL_DAMPING,), {SEED_MU: (0.3, 0.6, 0.85)}, {SEED_MU: (0.6,)}),
+    Sweep("clump_restitution", (LOCAL_DAMPING,), {TOUCHING: (1.0, 6.0)}, {}),
     Sweep(
         "clump_restitution",
         (MINDLIN,),
@@ -138,33 +138,33 @@ SWEEPS = (
     ),
     Sweep(
         "grain_impact",
-        (RESTITUTION,),
+        (DISSIPATING,),
         {E: (0.05, 0.15, 0.3, 0.5, 0.7, 0.9), V: (0.05, 0.2, 1.0), GAMMA: (0.0, 0.2)},
         {E: (0.15, 0.5), V: (0.2,)},
     ),
-    Sweep("grain_sticking", (RESTITUTION,), {E: (0.3,), STIFF: SOFTER}, None),
-    Sweep("grain_sticking", (RESTITUTION,), {E: (0.05, 0.15, 0.3, 0.5, 0.9)}, {E: (0.15,)}),
-    Sweep("grain_pull_off", (RESTITUTION,), {E: (0.3,), APART: (1.0,), STIFF: SOFTER}, None),
-    Sweep("grain_pull_off", (RESTITUTION,), {E: (0.05, 0.15, 0.5, 0.9), APART: (1.0, 50.0)}, {E: (0.15,)}),
-    Sweep("grain_pull_off", (RESTITUTION,), {E: (0.3,), ADHESION_LOAD: (1.25, 4.0)}, None),
-    Sweep("grain_limits", (RESTITUTION,), {E: (0.3,), GAMMA: (0.2,), STIFF: SOFTER}, None),
-    Sweep("grain_limits", (RESTITUTION,), {E: (0.15,), GAMMA: (0.0,), LOAD: (1e-3, 5e-3)}, {LOAD: (1e-3,)}),
+    Sweep("grain_sticking", (DISSIPATING,), {E: (0.3,), STIFF: SOFTER}, None),
+    Sweep("grain_sticking", (DISSIPATING,), {E: (0.05, 0.15, 0.3, 0.5, 0.9)}, {E: (0.15,)}),
+    Sweep("grain_pull_off", (DISSIPATING,), {E: (0.3,), APART: (1.0,), STIFF: SOFTER}, None),
+    Sweep("grain_pull_off", (DISSIPATING,), {E: (0.05, 0.15, 0.5, 0.9), APART: (1.0, 50.0)}, {E: (0.15,)}),
+    Sweep("grain_pull_off", (DISSIPATING,), {E: (0.3,), ADHESION_LOAD: (1.25, 4.0)}, None),
+    Sweep("grain_limits", (DISSIPATING,), {E: (0.3,), GAMMA: (0.2,), STIFF: SOFTER}, None),
+    Sweep("grain_limits", (DISSIPATING,), {E: (0.15,), GAMMA: (0.0,), LOAD: (1e-3, 5e-3)}, {LOAD: (1e-3,)}),
     Sweep(
         "grain_limits",
-        (RESTITUTION,),
+        (DISSIPATING,),
         {E: (0.15,), GAMMA: (0.1, 0.3), LOAD: (-1e-4, 0.0, 1e-3, 5e-3)},
         {GAMMA: (0.1,), LOAD: (1e-3,)},
     ),
-    Sweep("grain_limits", (RESTITUTION,), {E: (0.3,), GAMMA: (0.2,), ADHESION_LOAD: (1.25, 4.0)}, None),
+    Sweep("grain_limits", (DISSIPATING,), {E: (0.3,), GAMMA: (0.2,), ADHESION_LOAD: (1.25, 4.0)}, None),
     Sweep(
         "grain_energy",
-        (RESTITUTION,),
+        (DISSIPATING,),
         {E: (0.05, 0.15, 0.9), "aslant_deg": (0.0, 35.0, 70.0), GAMMA: (0.0, 0.2)},
         {E: (0.15,)},
     ),
     Sweep(
         "grain_and_wall",
-        (RESTITUTION,),
+        (DISSIPATING,),
         {"steel_restitution": (0.15, 0.6), E: (0.15, 0.6), GAMMA: (0.0, 0.2)},
         {"steel_restitution": (0.15,), E: (0.15,)},
     ),

@@ -7,7 +7,7 @@ import pandas as pd
 
 from pellet_study.rigs.declared import Rig
 from pellet_study.rigs.on_yade import rig as rig_of
-from pellet_study.simulation.law_cases import COHESIVE
+from pellet_study.simulation.law_cases import LOCAL_DAMPING
 
 RELATIVE_TOLERANCE = 0.02
 ABSOLUTE_TOLERANCE = 0.005  # of restitution, and of whatever is asked to be zero
@@ -78,7 +78,7 @@ def _setting(row: dict, rig: Rig, names: tuple[str, ...]) -> str:
     damping = "cohesive_frictional_damping"
     shown = [name for name in names if name in names[:2] or row[name] != declared[name]["default"]]
     shown = [name for name in shown if name != damping]
-    if damping in names and row["contact_law"] == COHESIVE:
+    if damping in names and row["contact_law"] == LOCAL_DAMPING:
         shown.append(damping)
     return ", ".join(f"{name} {row[name]:g}" for name in shown)
 

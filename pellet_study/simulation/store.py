@@ -49,6 +49,10 @@ class Store:
     def __exit__(self, *_: object) -> None:
         os.close(self.lock)
 
+    def kinds(self, rig: Rig) -> dict[str, type[str]]:
+        """What some columns of a rig's table are read as; the others as what they look like."""
+        return READ_AS_TEXT | {name: str for name in rig.conditions if rig.options(name)}
+
     def columns(self, rig: Rig) -> list[str]:
         """Columns of a rig's table."""
         return case_file.columns(vars(rig))
@@ -74,7 +78,7 @@ class Store:
             io.BytesIO(b"\n".join(whole)),
             header=None,
             names=names,
-            dtype=READ_AS_TEXT,
+            dtype=self.kinds(rig),
             keep_default_na=False,
             na_values={name: [""] for name in names},
         )

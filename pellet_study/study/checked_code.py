@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pellet_study.errors import InputError, StudyError
-from pellet_study.output.words import nearest
+from pellet_study.output.words import nearest, number
 from pellet_study.rigs.catalogue import Catalogue, standard
 from pellet_study.rigs.declared import Acting, Effect, Rig
 from pellet_study.study.continuity import refuse_jumps
@@ -131,6 +131,6 @@ def _numbers(found: Any, what: str, given: Mapping) -> np.ndarray:
         raise InputError(f"{what}: expected an array of shape {shape}, a number for each case, got {kind}")
     if np.isnan(everywhere).any():
         where = tuple(np.argwhere(np.isnan(everywhere))[0])
-        at = ", ".join(f"{name} {np.broadcast_to(value, shape)[where]:.4g}" for name, value in given.items())
+        at = ", ".join(f"{name} {number(np.broadcast_to(value, shape)[where])}" for name, value in given.items())
         raise InputError(f"{what}: is not a number at {at}; it must be one everywhere between min and max")
     return array

@@ -40,9 +40,9 @@ def check_conditions(file: Path | str, rows: Sequence[Measurement], catalogue: C
                 )
             if "options" in quantity:  # a word, not a number
                 continue
-            column = [row.conditions[name] for row in filled]
-            for row in filled:
-                refuse_beyond(f"{file}: line {row.line}", name, row.conditions[name], quantity, column)
+            column = [float(row.conditions[name]) for row in filled]
+            for row, value in zip(filled, column, strict=True):
+                refuse_beyond(f"{file}: line {row.line}", name, value, quantity, column)
 
 
 def _cases(rows: Sequence[Measurement]) -> dict[str, list[Measurement]]:
@@ -67,7 +67,7 @@ def remarks(rows: Sequence[Measurement], catalogue: Catalogue, fixed: Mapping[st
         for name, quantity in declared.conditions.items():
             if "options" in quantity:
                 continue
-            given = [row.conditions[name] for row in of_rig if name not in row.assumed]
+            given = [float(row.conditions[name]) for row in of_rig if name not in row.assumed]
             said.append((rig, unusual(name, quantity, list(dict.fromkeys(given)))))
         for name, quantity in declared.parameters.items():
             known = [row.parameters[name] for row in of_rig if name in row.parameters]

@@ -14,10 +14,11 @@ from pellet_study.study.checked_code import check_on_rows
 from pellet_study.study.conditions import check_conditions, remarks
 from pellet_study.study.measurements import Measurement, read
 from pellet_study.study.ranges import refuse_beyond, unusual_parameter
-from pellet_study.study.study import SCALINGS, Setting, Study, check, settings
+from pellet_study.study.study import SCALINGS, SEEDS_BY, Possible, Setting, Study, check, settings
 from pellet_study.study.user_code import catalogue_of
-from pellet_study.study.values import choice, setting, table, text
+from pellet_study.study.values import choice, setting, table, text, words
 from pellet_study.tables.rows import STRAY, stray_return
+from yade_scripts import laws
 
 KEYS = (
     "title",
@@ -29,14 +30,10 @@ KEYS = (
     "possible",
     "surface_energy_scaling",
     "effort",
+    "seeds_by",
 )
 LARGEST = 1_000_000  # bytes
-CONTACT_LAWS = (
-    "hertz_mindlin",
-    "cohesive_frictional",
-    "cohesive_frictional_local_damping",
-    "cohesive_frictional_restitution",
-)
+CONTACT_LAWS = tuple(laws.LAWS)
 EFFORT = {"min": 0.5, "max": 100.0}  # simulations of the rigs on YADE, as a multiple of the least that answers
 
 
@@ -104,6 +101,7 @@ def assembled(
         contact_law=law,
         surface_energy_scaling=choice(file, given, "surface_energy_scaling", SCALINGS) or "bond_number",
         effort=setting(f"{file}: effort", given.get("effort", 1.0), EFFORT).value,
+        seeds_by=choice(file, given, "seeds_by", SEEDS_BY) or "setting",
         folder=folder,
         library=library,
         left_out=left_out,
@@ -195,8 +193,8 @@ def _candidates(file: Path | str, given: Any, catalogue: Catalogue) -> tuple[str
     return tuple(dict.fromkeys(given))
 
 
-def _possible(file: Path | str, given: Mapping, catalogue: Catalogue) -> dict[str, dict[str, tuple[float, float]]]:
-    found: dict[str, dict[str, tuple[float, float]]] = {}
+def _possible(file: Path | str, given: Mapping, catalogue: Catalogue) -> dict[str, dict[str, Possible]]:
+    found: dict[str, dict[str, Possible]] = {}
     for name, ranges in given.items():
         rig = catalogue.rig(name, f"{file}: possible: ")
         if not isinstance(ranges, dict):
@@ -208,11 +206,15 @@ def _possible(file: Path | str, given: Mapping, catalogue: Catalogue) -> dict[st
             where = f"{file}: possible.{name}: {condition}"
             if condition not in rig.conditions:
                 raise InputError(f"{where!s} is unknown{nearest(condition, rig.conditions)}")
+            if options := rig.options(condition):
+                found[name][condition] = words(where, given_range, options)
+                continue
             level = setting(where, given_range)
             low = level.value if level.low is None else level.low
-            found[name][condition] = low, level.value if level.high is None else level.high
+            high = level.value if level.high is None else level.high
+            found[name][condition] = low, high
             if rig.conditions[condition].get("positive") and low <= 0:
                 raise InputError(f"{where}: expected more than 0")
-            for end in found[name][condition]:
+            for end in (low, high):
                 refuse_beyond(f"{file}: possible.{name}", condition, end, rig.conditions[condition])
     return found

@@ -8,7 +8,7 @@ from pathlib import Path
 from pellet_study.errors import InputError
 from pellet_study.output.words import nearest
 from pellet_study.rigs.catalogue import Catalogue
-from pellet_study.rigs.declared import Rig
+from pellet_study.rigs.declared import Condition, Rig
 from pellet_study.study.ranges import other_unit
 from pellet_study.tables import rows
 from pellet_study.tables.numbers import BLANKS, number
@@ -24,9 +24,10 @@ ENCODINGS = ("utf-8-sig", "utf-16", "gb18030")
 class Measurement:
     """One row: a reading, or the mean of `n` readings.
 
-    `sd` is of one reading, None where unknown; `conditions` holds every condition of the rig, defaults filled in;
-    `assumed` names those that were filled in; `parameters` are those known for this row; `split` is `fit`, `holdout` or
-    `leave_out`, `reason` says why a row is not fitted; `order` is when it was taken; `line` is the row's line in the file.
+    `sd` is of one reading, None where unknown; `conditions` holds every condition of the rig, a number or a word each,
+    defaults filled in, and `assumed` names those that were; `parameters` are those known for this row; `split` is `fit`,
+    `holdout` or `leave_out`, `reason` says why a row is not fitted; `order` is when it was taken; `line` is the row's line
+    in the file.
     """
 
     rig: str
@@ -34,7 +35,7 @@ class Measurement:
     value: float
     sd: float | None
     n: int
-    conditions: Mapping[str, float]
+    conditions: Mapping[str, Condition]
     parameters: Mapping[str, float]
     setup: str
     setup_sd: float
@@ -165,7 +166,7 @@ class _Rows:
         _check_split(where, split, reason)
         reading = _number(where, "value", value, decimal=self.decimal)
         low, high = self.catalogue.rigs[rig].readable.get(observable, (-math.inf, math.inf))
-        if not low <= reading <= high:
+        if not low <= reading <= high and split != "leave_out":
             raise InputError(
                 f"{where}: value {value!r}: {observable} of {rig} can be read from {low:g} to {high:g} only"
             )
@@ -195,12 +196,16 @@ class _Rows:
                 f"{where}: rig {rig.name} has no observable {cells['observable']!r}"
                 f"{nearest(cells['observable'], rig.observables)}"
             )
-        conditions = {name: float(quantity["default"]) for name, quantity in rig.conditions.items()}
+        conditions = rig.default_conditions()
         known = {}
         for name, text in cells.items():
             if text == "" or name in COLUMNS:
                 continue
-            if name in rig.conditions:
+            if options := rig.options(name):
+                if text not in options:
+                    raise InputError(f"{where}: {name} {text!r} is unknown{nearest(text, options)}")
+                conditions[name] = text
+            elif name in rig.conditions:
                 low = rig.conditions[name].get("min", -math.inf)
                 positive = low > 0 or bool(rig.conditions[name].get("positive"))
                 conditions[name] = _number(

@@ -6,9 +6,11 @@ from pathlib import Path
 
 from pellet_study.errors import InputError
 from pellet_study.rigs.catalogue import Catalogue
-from pellet_study.rigs.declared import Effect
+from pellet_study.rigs.declared import Condition, Effect
 from pellet_study.study.measurements import Measurement
 
+Possible = tuple[float, float] | tuple[str, ...]  # least and largest of a condition, or the words that it may be
+SEEDS_BY = ("setting", "place")  # of a heap that `calibrate` asks for; by its place in the design in release 0.1
 SCALINGS = {"bond_number": 2.0, "none": 0.0}  # exponent of the amplification in the surface energy
 
 
@@ -32,10 +34,10 @@ class Study:
 
     `parameters` holds those named in [parameters]; `effects` those present, each with a Setting for every parameter;
     `candidates` is None where any effect that acts in the rigs may be considered; `possible` maps a rig to
-    {condition: (min, max)} of what could be measured next; `effort` multiplies the number of simulations; `library` is
-    the folder of shared effects and rigs that it was loaded with. `left_out` are rows of split `leave_out`, each with
-    its reason: they are shown and used for nothing, so that `rows` does not have them. `remarks` are what to know of
-    the rows and values before anything is computed.
+    {condition: (min, max) or words} of what could be measured next; `effort` multiplies the number of simulations; `seeds_by`
+    says what the seeds of `calibrate` belong to; `library` is the folder of shared effects and rigs that it was loaded with.
+    `left_out` are rows of split `leave_out`, each with its reason: they are shown and used for nothing, so that `rows` does
+    not have them. `remarks` are what to know of the rows and values before anything is computed.
     """
 
     title: str
@@ -44,10 +46,11 @@ class Study:
     effects: Mapping[str, Mapping[str, Setting]]
     catalogue: Catalogue
     candidates: tuple[str, ...] | None = None
-    possible: Mapping[str, Mapping[str, tuple[float, float]]] | None = None
+    possible: Mapping[str, Mapping[str, Possible]] | None = None
     contact_law: str | None = None
     surface_energy_scaling: str = "bond_number"
     effort: float = 1.0
+    seeds_by: str = "setting"
     folder: Path | None = None
     library: Path | None = None
     left_out: tuple[Measurement, ...] = ()
@@ -71,9 +74,9 @@ class Study:
         return found
 
     @property
-    def assumed_conditions(self) -> dict[str, dict[str, float]]:
+    def assumed_conditions(self) -> dict[str, dict[str, Condition]]:
         """{rig: {condition: default}} of the conditions that no row of a rig gives."""
-        found: dict[str, dict[str, float]] = {}
+        found: dict[str, dict[str, Condition]] = {}
         for row in self.rows:
             if row.rig not in found:
                 found[row.rig] = {name: row.conditions[name] for name in row.assumed}
@@ -97,12 +100,12 @@ class Study:
         return found
 
     @property
-    def assumed(self) -> dict[str, float]:
+    def assumed(self) -> dict[str, Condition]:
         """{condition or parameter: default} of all that no file of the study says.
 
         A condition that two rigs have with different defaults is called `rig.condition`.
         """
-        found: dict[str, float] = {}
+        found: dict[str, Condition] = {}
         by_rig = self.assumed_conditions
         for rig, names in by_rig.items():
             for name, value in names.items():
@@ -117,10 +120,22 @@ class Study:
     def absent(self) -> list[str]:
         """Effects that diagnose may consider: not present, acting in a rig used, and listed if there is a list."""
         names = self.acting() if self.candidates is None else self.candidates
-        return [name for name in names if name not in self.effects]
+        return [name for name in names if name not in self.effects and not self.refusal(name)]
+
+    def refusal(self, effect: str) -> str:
+        """Why the study's contact law cannot have an effect in a rig used; "" where it can."""
+        not_with = self.catalogue.effects[effect].not_with
+        return next(filter(None, (not_with.get(rig, {}).get(self.contact_law or "", "") for rig in self.rigs)), "")
 
     def with_effect(self, name: str, values: Mapping[str, float] | None = None) -> "Study":
-        """The same study with an effect present, its parameters free within their physical range."""
+        """The same study with an effect present, its parameters free within their physical range.
+
+        Raises
+        ------
+        InputError : its contact law cannot have it
+        """
+        if why := self.refusal(name):
+            raise InputError(f"{name}: {why}")
         return replace(self, effects={**self.effects, name: settings(self.catalogue.effect(name), values or {})})
 
     def without_effect(self, name: str) -> "Study":
@@ -153,8 +168,37 @@ def check(study: Study, where: str = "") -> None:
                     f"{where}{kind}: {name} acts in none of the rigs used ({', '.join(study.rigs)}); it acts in "
                     f"{', '.join(study.catalogue.effects[name].rigs)}. Acting here: {', '.join(acting) or 'no effect'}"
                 )
+    refuse_by_law(study, where)
     owners = {name: effect.name for effect in study.catalogue.effects.values() for name in effect.owns}
     for name in study.parameters:
         owner = owners.get(name)
         if owner is not None and owner not in study.effects:
             raise InputError(f"{where}parameters: {name} belongs to the effect {owner}; list {owner} in [effects] too")
+
+
+def refuse_by_law(study: Study, where: str = "") -> None:
+    """Refuse what a contact law cannot have: effects that are there or may be, what they own, and candidates.
+
+    Raises
+    ------
+    InputError : says which, and why
+    """
+    for name in study.candidates or ():
+        if why := study.refusal(name):
+            raise InputError(f"{where}candidates: {name}: {why}")
+    for name in study.acting():
+        if not (why := study.refusal(name)):
+            continue
+        effect = study.catalogue.effects[name]
+        given = [(f"parameters: {p}", study.parameters[p], 0.0) for p in effect.owns if p in study.parameters]
+        given += [
+            (f"measurements, line {r.line}: {p}", Setting(v), 0.0)
+            for r in study.rows
+            for p, v in r.parameters.items()
+            if p in effect.owns
+        ]
+        if name in study.effects:
+            given.append((f"effects: {name}", study.effects[name][effect.amount], effect.neutral()[effect.amount]))
+        for place, setting, absent in given:
+            if setting.free or setting.value != absent:
+                raise InputError(f"{where}{place}: {why}")

@@ -1,4 +1,4 @@
-"""Values of study.toml, each checked for its kind: text, a choice, a table, a number or {value, min, max}.
+"""Values of study.toml, each checked for its kind: text, a choice, words, a table, a number or {value, min, max}.
 
 Each function raises InputError, which says where the value stands, what was given and what was expected.
 """
@@ -32,6 +32,19 @@ def choice(file: Path | str, given: Mapping, key: str, accepted: Collection[str]
     if value is not None and value not in list(accepted):
         raise InputError(f"{file}: {key} {value!r} is unknown{nearest(value, accepted)}")
     return value
+
+
+def words(where: str, given: Any, accepted: Collection[str]) -> tuple[str, ...]:
+    """One of the accepted words, or a list of them."""
+    listed = [given] if isinstance(given, str) else given
+    if not isinstance(listed, list) or not listed:
+        raise InputError(
+            f"{where}: expected a word in quotes or a list of words, got {given!r}{nearest(given, accepted)}"
+        )
+    for word in listed:
+        if word not in list(accepted):
+            raise InputError(f"{where}: {word!r} is unknown{nearest(word, accepted)}")
+    return tuple(dict.fromkeys(listed))
 
 
 def table(file: Path | str, given: Mapping, key: str) -> dict:

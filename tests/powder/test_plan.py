@@ -187,3 +187,13 @@ def test_the_bond_number_is_that_of_the_committed_heaps():
     runs = pd.read_csv(FULL / "runs.csv")
     for row in runs[runs["verdict"] == "ok"].itertuples():
         assert bond(found, row.G) == pytest.approx(row.bond_number, rel=1e-9)
+
+
+def test_the_reading_is_the_one_that_was_measured(plan):
+    flank = plan("", ANGLE.replace("repose_angle_deg", "repose_flank_deg"))
+    assert (flank.observable, flank.target) == ("repose_flank_deg", 41.69)
+    assert plan("", ANGLE).observable == "repose_angle_deg"
+    with pytest.raises(
+        InputError, match="one reading of the heap, but the rows have repose_angle_deg, repose_flank_deg"
+    ):
+        plan("", ANGLE + "repose,repose_flank_deg,41.69,0.79\n")

@@ -21,7 +21,7 @@ from pellet_study.rigs.declared import rig_in
 from pellet_study.rigs.scripts import SCRIPTS, imported
 from pellet_study.simulation import dispatch, yade
 from tests import HELPERS
-from yade_scripts import contacts, particles
+from yade_scripts import contacts, laws, particles
 from yade_scripts.seed_scene import GRAVITY
 
 pytestmark = pytest.mark.yade
@@ -356,6 +356,6 @@ def test_a_compliant_contact_changes_an_oblique_impact_as_computed(length, compl
 
 
 def test_a_law_without_restitution_says_so(tmp_path):
-    case = on_yade.case("rebound", contact_law="cohesive_frictional", effects=amount("plastic_restitution", 1.0))
+    case = on_yade.case("rebound", contact_law=laws.LOCAL_DAMPING, effects=amount("plastic_restitution", 1.0))
     row = dispatch.run([case], tmp_path / ".store", workers=1, quiet=True).iloc[0]
     assert "no restitution" in row["status"]

@@ -11,7 +11,7 @@ import pytest
 from pellet_study.rigs import on_yade
 from pellet_study.rigs.scripts import SCRIPTS
 from pellet_study.simulation import dispatch, law_cases, law_checks, yade
-from pellet_study.simulation.law_cases import COHESIVE, MINDLIN, RESTITUTION
+from pellet_study.simulation.law_cases import DISSIPATING, LOCAL_DAMPING, MINDLIN
 from yade_scripts import contacts, layered
 from yade_scripts.checks import sphere_scene
 
@@ -55,25 +55,25 @@ def test_too_long_a_time_step_is_reported(table):
 
 
 def test_contacts_are_as_stiff_as_the_closed_form(table):
-    for law in (MINDLIN, COHESIVE):
+    for law in (MINDLIN, LOCAL_DAMPING):
         assert_within(of(table, "hertz", "force_n", law), 6)
         assert_within(of(table, "hertz", "contact_time_s", law), 6)
 
 
 def test_sliding_starts_at_atan_mu(table):
     assert_within(of(table, "sliding", "slip_angle_deg", MINDLIN), 12)
-    assert_within(of(table, "sliding", "slip_angle_deg", COHESIVE), 8)
+    assert_within(of(table, "sliding", "slip_angle_deg", LOCAL_DAMPING), 8)
     assert_within(of(table, "clump_sliding", "slip_angle_deg"), 9)
 
 
 def test_sliding_friction_is_mu_without_local_damping(table):
     assert_within(of(table, "sliding", "effective_friction", MINDLIN), 12)
-    assert_within(of(table, "sliding", "effective_friction", COHESIVE, "cohesive_frictional_damping 0$"), 4)
+    assert_within(of(table, "sliding", "effective_friction", LOCAL_DAMPING, "cohesive_frictional_damping 0$"), 4)
 
 
 def test_rolling_friction_whatever_the_spring(table):
     assert_within(of(table, "rolling", law=MINDLIN, setting="impact_m_s 0,|impact_m_s 0$"), 36)
-    assert_within(of(table, "rolling", law=COHESIVE, setting="cohesive_frictional_damping 0$"), 6)
+    assert_within(of(table, "rolling", law=LOCAL_DAMPING, setting="cohesive_frictional_damping 0$"), 6)
 
 
 def test_a_bounce_does_not_brake(table):
@@ -87,7 +87,7 @@ def test_a_bounce_does_not_brake(table):
 
 def test_pull_off(table):
     assert_within(of(table, "pull_off", law=MINDLIN), 11)
-    rows = of(table, "pull_off", law=COHESIVE)
+    rows = of(table, "pull_off", law=LOCAL_DAMPING)
     unequal = rows["setting"].str.contains("other_radius_mm 0.13")
     assert_within(rows[~unequal], 6)
     assert unequal.sum() == 3 and not rows[unequal]["within"].any()
@@ -101,7 +101,7 @@ def test_each_pair_keeps_its_own_contact_parameters(table):
     for pair in ("powder_powder", "powder_steel"):
         for what in ("static_friction", "rolling_friction", "pull_off_n"):
             assert_within(of(table, "two_pairs", f"{pair}_{what}"), 7)
-    undamped = of(table, "two_pairs", "powder_steel_restitution", COHESIVE, "cohesive_frictional_damping 0$")
+    undamped = of(table, "two_pairs", "powder_steel_restitution", LOCAL_DAMPING, "cohesive_frictional_damping 0$")
     assert_within(undamped, 3)
     rows = of(table, "two_pairs", law=MINDLIN)
     rows = rows[rows["setting"].str.contains("^powder_[a-z]*_restitution") & ~rows["setting"].str.contains("energy")]
@@ -166,16 +166,16 @@ def test_the_damper_of_a_time_step_is_that_of_a_contact_in_small_steps():
 @pytest.mark.parametrize(
     ("check", "observable", "law", "setting", "words"),
     [
-        ("restitution", "restitution", COHESIVE, "restitution 0.25, ", "no damper in the law"),
+        ("restitution", "restitution", LOCAL_DAMPING, "restitution 0.25, ", "no damper in the law"),
         ("restitution", "restitution", MINDLIN, "surface_energy_j_m2 0.5$", "the damper may pull"),
-        ("sliding", "effective_friction", COHESIVE, "damping 0.3$", "local damping d slows"),
-        ("rolling", "rolling_friction", COHESIVE, "friction 0.05, .*damping 0.3$", "local damping d brakes"),
-        ("clump_restitution", "restitution", COHESIVE, "", "no damper in the law"),
+        ("sliding", "effective_friction", LOCAL_DAMPING, "damping 0.3$", "local damping d slows"),
+        ("rolling", "rolling_friction", LOCAL_DAMPING, "friction 0.05, .*damping 0.3$", "local damping d brakes"),
+        ("clump_restitution", "restitution", LOCAL_DAMPING, "", "no damper in the law"),
         ("clump_restitution", "restitution", MINDLIN, "members_touching [26], speed_m_s 2$", "n members at once"),
-        ("two_pairs", "powder_powder_restitution", COHESIVE, "", "no damper in the law"),
-        ("two_pairs", "powder_steel_restitution", COHESIVE, "damping 0.3$", "local damping acts on this pair"),
+        ("two_pairs", "powder_powder_restitution", LOCAL_DAMPING, "", "no damper in the law"),
+        ("two_pairs", "powder_steel_restitution", LOCAL_DAMPING, "damping 0.3$", "local damping acts on this pair"),
         ("two_pairs", "powder_steel_hertz_share", MINDLIN, "", "R* on a box"),
-        ("pull_off", "pull_off_n", COHESIVE, "other_radius_mm 0.13", "Rmin^2"),
+        ("pull_off", "pull_off_n", LOCAL_DAMPING, "other_radius_mm 0.13", "Rmin^2"),
     ],
 )
 def test_what_cannot_hold_is_reported(table, check, observable, law, setting, words):
@@ -206,7 +206,7 @@ def test_quick_is_part_of_the_whole():
     everything, quick = law_cases.cases(), law_cases.cases(quick=True)
     assert all(case in everything for case in quick)
     assert {case["rig"] for case in quick} == set(law_cases.CHECKS)
-    assert {case["contact_law"] for case in quick} == {MINDLIN, COHESIVE, RESTITUTION}
+    assert {case["contact_law"] for case in quick} == {MINDLIN, LOCAL_DAMPING, DISSIPATING}
     assert len(quick) < len(everything) / 3
 
 

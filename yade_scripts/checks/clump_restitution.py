@@ -17,7 +17,7 @@ from math import pi, sqrt
 
 import numpy as np
 
-from yade_scripts import contacts, particles, seed_scene
+from yade_scripts import contacts, laws, particles, seed_scene
 from yade_scripts.case import Failed, quantity
 from yade_scripts.checks import sphere_scene
 from yade_scripts.seed_scene import SeedScene
@@ -57,7 +57,7 @@ def expected(case: dict) -> dict:
 def instead(case: dict) -> dict:
     """Several dampers at once; local damping in the cohesive-frictional law; a coarse time step."""
     members = case["conditions"]["members_touching"]
-    if case["contact_law"] == "cohesive_frictional":
+    if case["contact_law"] == laws.LOCAL_DAMPING:
         own = sphere_scene.local_damping_restitution(case["parameters"]["cohesive_frictional_damping"])
         return {"measured_restitution": (own, "no damper in the law: local damping d gives sqrt((1-d)/(1+d))")}
     if case["numerics"]["time_step_fraction"] > 0.01:

@@ -8,7 +8,7 @@ from yade_scripts.checks import sphere_scene
 from yade_scripts.checks.sphere_scene import POWDER, STEEL
 from yade_scripts.contacts import Pair
 
-CONTACT_LAWS = (laws.RESTITUTION,)
+CONTACT_LAWS = (laws.COHESIVE_FRICTIONAL,)
 PARAMETERS = (
     sphere_scene.RESTITUTION
     | {"surface_energy_j_m2": quantity(0.0, 0.0, 1.0, "J/m2", "JKR surface energy asked of the pair")}
@@ -52,7 +52,7 @@ class Grains:
     def law(self) -> contacts.Contacts:
         """Asked for inside YADE."""
         spring = 0.1 * sphere_scene.sphere_inertia(self.radius, self._materials[0]) / self.time_step**2
-        return laws.LAWS[laws.RESTITUTION](
+        return laws.LAWS[laws.COHESIVE_FRICTIONAL](
             *self._materials, self._walls, self._pair, rolling_stiffness=spring, radius=self.radius,
             time_step=self.time_step, adhesion_load=self.load,
         )  # fmt: skip

@@ -16,6 +16,7 @@ if __name__ == "__main__":  # by hand: yade -x -n hertz.py cases.json observable
 
 from math import pi, sqrt
 
+from yade_scripts import laws
 from yade_scripts.case import quantity
 from yade_scripts.checks import sphere_scene
 from yade_scripts.checks.sphere_scene import POWDER, SEED
@@ -44,7 +45,7 @@ def expected(case: dict) -> dict:
     conditions = case["conditions"]
     radius = 1e-3 * conditions["radius_mm"]
     overlap, mass = conditions["overlap_share"] * radius, sphere_scene.sphere_mass(radius, SEED)
-    if case["contact_law"] == "cohesive_frictional":
+    if case["contact_law"] == laws.LOCAL_DAMPING:
         stiffness = sphere_scene.linear_stiffness(radius, SEED, POWDER)
         return {"force_n": stiffness * overlap, "contact_time_s": pi * sqrt(mass / stiffness)}
     modulus = sphere_scene.effective_modulus(SEED, POWDER)

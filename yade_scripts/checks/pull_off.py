@@ -60,8 +60,8 @@ def simulate(case: dict) -> dict:
         step, law = sphere_scene.one_pair(case, radius, POWDER, POWDER)
         return {"pull_off_n": sphere_scene.pull_off(law, step, radius)}
     step = case["numerics"]["time_step_fraction"] * contacts.rayleigh_step(min(radius, other), POWDER)
-    options = {}
-    if case["contact_law"] in laws.LOCAL_DAMPING:
+    options = {"cohesive": True} if case["contact_law"] == laws.HERTZ_MINDLIN else {}
+    if case["contact_law"] == laws.LOCAL_DAMPING:
         damping = case["parameters"]["cohesive_frictional_damping"]
         options = {"radius": 0.5 * (radius + other), "damping": damping}
     pair = sphere_scene.pair_of(case)

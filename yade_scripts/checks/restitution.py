@@ -9,6 +9,7 @@ if __name__ == "__main__":  # by hand: yade -x -n restitution.py cases.json obse
     sys.argv[:1] = [os.path.join(os.path.dirname(_file), os.pardir, "case.py"), _file]
     runpy.run_path(sys.argv[0], run_name="__main__")
 
+from yade_scripts import laws
 from yade_scripts.checks import sphere_scene
 from yade_scripts.checks.sphere_scene import local_damping_restitution
 
@@ -40,7 +41,7 @@ def expected(case: dict) -> dict:
 def instead(case: dict) -> dict:
     """Local damping alone in the cohesive-frictional law; adhesion and a coarse time step in the other."""
     parameters = case["parameters"]
-    if case["contact_law"] == "cohesive_frictional":
+    if case["contact_law"] == laws.LOCAL_DAMPING:
         closed_form = local_damping_restitution(parameters["cohesive_frictional_damping"])
         return {"measured_restitution": (closed_form, "no damper in the law: local damping d gives sqrt((1-d)/(1+d))")}
     if parameters["surface_energy_j_m2"] > 0:

@@ -14,6 +14,7 @@ if __name__ == "__main__":  # by hand: yade -x -n rolling.py cases.json observab
     sys.argv[:1] = [os.path.join(os.path.dirname(_file), os.pardir, "case.py"), _file]
     runpy.run_path(sys.argv[0], run_name="__main__")
 
+from yade_scripts import laws
 from yade_scripts.case import quantity
 from yade_scripts.checks import sphere_scene
 from yade_scripts.checks.sphere_scene import POWDER, SEED
@@ -52,7 +53,7 @@ def expected(case: dict) -> dict:
 
 def instead(case: dict) -> dict:
     """Local damping brakes; a soft spring does not yield within a bounce."""
-    if case["contact_law"] == "cohesive_frictional" and case["parameters"]["cohesive_frictional_damping"] > 0:
+    if case["contact_law"] == laws.LOCAL_DAMPING and case["parameters"]["cohesive_frictional_damping"] > 0:
         return {"measured_rolling_friction": (None, "local damping d brakes all that moves: (1 + d) mu_r and more")}
     if case["conditions"]["impact_m_s"] > 0:
         return {"measured_rolling_friction": (None, "a bounce is over before the soft rolling spring yields")}

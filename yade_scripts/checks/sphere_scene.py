@@ -10,7 +10,7 @@ from yade_scripts.case import Failed, quantity
 from yade_scripts.contacts import Material, Pair
 
 GRAVITY = 9.81  # m/s2
-CONTACT_LAWS = ("hertz_mindlin", "cohesive_frictional")
+CONTACT_LAWS = (laws.HERTZ_MINDLIN, laws.LOCAL_DAMPING)
 SEED = Material(1250.0, 1.02e7, 0.4)  # source paper, Table 1
 POWDER = Material(1833.0, 3e7, 0.296)  # source paper, Table 1
 STEEL = Material(7850.0, 7.9e10, 0.3)  # handbook values
@@ -62,7 +62,7 @@ def linear_stiffness(radius: float, first: Material, second: Material) -> float:
 def weight_overlap(case: dict, radius: float, particle: Material, plate: Material) -> float:
     """Overlap at which a sphere on the plate carries its own weight, m."""
     weight = sphere_mass(radius, particle) * GRAVITY
-    if case["contact_law"] in laws.LOCAL_DAMPING:
+    if case["contact_law"] == laws.LOCAL_DAMPING:
         return weight / linear_stiffness(radius, particle, plate)
     return (weight / hertz_force(1.0, radius, effective_modulus(particle, plate))) ** (2 / 3)
 
@@ -109,7 +109,7 @@ def one_pair(case: dict, radius: float, particle: Material = SEED, plate: Materi
     step = numerics["time_step_fraction"] * contacts.rayleigh_step(radius, particle)
     spring = numerics.get("rolling_spring", 0.02) * sphere_inertia(radius, particle) / step**2
     options = {"rolling_stiffness": spring}
-    if case["contact_law"] in laws.LOCAL_DAMPING:
+    if case["contact_law"] == laws.LOCAL_DAMPING:
         options |= {"radius": radius, "damping": case["parameters"]["cohesive_frictional_damping"]}
     return step, laws.LAWS[case["contact_law"]](particle, plate, pair_of(case), **options)
 

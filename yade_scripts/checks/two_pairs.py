@@ -86,7 +86,7 @@ def instead(case: dict) -> dict:
     for pair in PAIRS:
         if parameters[f"{pair}_surface_energy_j_m2"] > 0:
             cannot[f"measured_{pair}_restitution"] = (None, adhesive)
-    if case["contact_law"] in laws.LOCAL_DAMPING:
+    if case["contact_law"] == laws.LOCAL_DAMPING:
         damping = parameters["cohesive_frictional_damping"]
         own = local_damping_restitution(damping)
         ratio = "the cohesive material's `poisson` is ks/kn, which the Mindlin functor takes for Poisson's ratio"
@@ -106,15 +106,17 @@ def simulate(case: dict) -> dict:
     step = case["numerics"]["time_step_fraction"] * contacts.rayleigh_step(radius, POWDER)
     spring = case["numerics"]["rolling_spring"] * sphere_scene.sphere_inertia(radius, POWDER) / step**2
     options = {"rolling_stiffness": spring}
-    if case["contact_law"] in laws.LOCAL_DAMPING:
+    if case["contact_law"] == laws.LOCAL_DAMPING:
         options |= {"radius": radius, "damping": case["parameters"]["cohesive_frictional_damping"]}
+    if case["contact_law"] == laws.HERTZ_MINDLIN:
+        options |= {"cohesive": True}
     powder, steel = (sphere_scene.pair_of(case, f"{pair}_") for pair in PAIRS)
     law = laws.LAWS[case["contact_law"]](POWDER, STEEL, steel, powder, **options)
     read = {}
     for pair, plate in (("powder_powder", False), ("powder_steel", True)):
         read[f"measured_{pair}_restitution"] = sphere_scene.bounce(law, step, radius, speed, plate)["restitution"]
         read[f"measured_{pair}_pull_off_n"] = sphere_scene.pull_off(law, step, radius, None if plate else radius)
-        linear = case["contact_law"] in laws.LOCAL_DAMPING and not plate
+        linear = case["contact_law"] == laws.LOCAL_DAMPING and not plate
         pressed = sphere_scene.pressed(  # so far that force and adhesion are alike
             law, step, radius, (1e-5 if linear else 1e-3) * radius, plate, read[f"measured_{pair}_pull_off_n"]
         )

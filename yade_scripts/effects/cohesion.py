@@ -1,5 +1,7 @@
 """Cohesion: grains stick to each other, so that a shear stress is carried without any normal stress."""
 
+from yade_scripts.contacts import NOT_COHESIVE
+
 EFFECT = {
     "name": "cohesion",
     "means": "grains stick to each other: some shear stress is carried without normal stress",
@@ -33,6 +35,7 @@ EFFECT = {
         "layer_on_incline": "thin layers hold to steeper angles, by c/(rho g h cos a)",
         "shear_cell": "the yield line does not pass through the origin",
     },
+    "not_with": {"repose": {"hertz_mindlin": NOT_COHESIVE}},
     "signature": "the apparent friction rises as the normal stress falls, like 1/stress, whatever the grain size",
     "source": "Nedderman 1992, Statics and Kinematics of Granular Materials, doi:10.1017/CBO9780511600043",
 }

@@ -2,6 +2,8 @@
 
 from math import pi
 
+from yade_scripts.contacts import NOT_COHESIVE
+
 EFFECT = {
     "name": "liquid_bridges",
     "means": "moisture forms bridges that pull touching grains together",
@@ -14,6 +16,7 @@ EFFECT = {
     },
     "sides": 1,
     "rigs": {"repose": "fine powder makes steeper heaps, as cohesion does; dried powder does not"},
+    "not_with": {"repose": {"hertz_mindlin": NOT_COHESIVE}},
     "signature": "like cohesion in every heap of one humidity (both pulls are proportional to R); changes with humidity",
     "source": "Fisher 1926, J. Agric. Sci. 16, 492, doi:10.1017/S0021859600007838; "
     "Willett, Adams, Johnson & Seville 2000, Langmuir 16, 9396, doi:10.1021/la000657y",
