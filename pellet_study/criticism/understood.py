@@ -218,7 +218,7 @@ def _rig_lines(rig: dict[str, Any]) -> list[str]:
         f"{rig['readings']} readings of {spans}"
     ]
     for condition in rig["conditions"]:
-        unit = "" if condition["unit"] in (None, "1") else f" {condition['unit']}"
+        unit = "" if condition["unit"] in (None, "", "1") else f" {condition['unit']}"
         levels = condition["levels"]
         given = (
             ", ".join(map(number, levels)) if len(levels) <= MOST_LEVELS else f"{len(levels)} levels, {_span(levels)}"

@@ -274,3 +274,16 @@ def test_a_data_frame_is_held_to_the_same():
         ps.study_of(pd.DataFrame({**frame, "normal_stress_pa": [0.5, 1.0, 2.0, 4.0]}), parameters=free)
     study = ps.study_of(pd.DataFrame({**frame, "normal_stress_pa": [500, 1000, 2000, 4000]}), parameters=free)
     assert ps.compare(study).assumed == {} and study.remarks == ()
+
+
+def test_a_condition_that_is_a_word_is_assumed_or_given_like_any_other(tmp_path, capsys):
+    word = '"plate": {"default": "steel", "options": ("steel", "glass"), "unit": "", "meaning": "what it falls on"},'
+    rig = RIG.replace('"conditions": {', f'"conditions": {{\n        {word}', 1)
+    found, said = answered(ball(tmp_path / "s", rig=rig), capsys)
+    assert found["assumed"]["plate"] == "steel" and "plate steel" in " ".join(said.out.split())
+    head = "drop_height_mm,ball_mass_g,plate"
+    given = ball(tmp_path / "t", head, lambda h: f"{h},2.7,glass", rig=rig)
+    assert "plate" not in answered(given, capsys)[0]["assumed"]
+    assert "plate: glass (can be steel, glass, default steel)" in answered(given, capsys, "check")[1].out
+    blank = ball(tmp_path / "u", head, lambda h: f"{h},2.7,{'' if h == 400 else 'glass'}", rig=rig)
+    refused(blank, capsys, ["line 4: column plate is blank", "gives glass", "default, steel"])
