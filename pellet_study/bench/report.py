@@ -55,7 +55,8 @@ def write(results: Sequence[BenchResult], folder: Path, contact_law: str) -> str
     table = []
     for stage in STAGES:  # what an earlier call with other measurements left
         writing.remove(folder / f"sweep_{stage.rig}.csv")
-        writing.remove(folder / "figures" / f"{stage.rig}.png")
+        for file in (folder / "figures").glob(f"{stage.rig}.*"):
+            writing.remove(file)
     for result in results:
         stage = result.stage
         writing.table(folder / f"sweep_{stage.rig}.csv", result.sweep.round(6))

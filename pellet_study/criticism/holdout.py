@@ -7,7 +7,7 @@ from scipy import special
 
 from pellet_study.criticism.calibration import CalibratedStudy, covariance, part_of
 from pellet_study.criticism.least_squares import fit, problem_of
-from pellet_study.criticism.residuals import RowResidual
+from pellet_study.criticism.residuals import RowResidual, identified_directions, misfit_unit, slopes_at
 from pellet_study.model.model import key
 from pellet_study.study.measurements import Measurement
 
@@ -21,31 +21,20 @@ def holdout_p(state: CalibratedStudy, rows: Sequence[RowResidual]) -> float | No
     degrees of freedom of the readings' scatter. None without such rows, without their scatter, or where they depend on a
     constant that the rows fitted do not tell.
     """
-    held = [r for r in rows if r.row.split == "holdout" and r.z]  # (residual / z)^2 is its variance
+    held = [r for r in rows if r.row.split == "holdout" and r.uncertainty]
     if not held or not state.cells.scale_known:
         return None
-    model, fitted = state.model, state.fit
-    place = {key(case): k for k, case in enumerate(model.cases)}
-    cases = [place[key(r.row)] for r in held]
-    problem, span = fitted.problem, fitted.problem.high - fitted.problem.low
-    points = np.repeat(fitted.point[None], 1 + len(problem.free), axis=0)
-    step = np.where(fitted.values + model.step * span <= problem.high, model.step, -model.step) * span
-    points[1 + np.arange(len(problem.free)), list(problem.free)] += step
-    mean = model.predict(points).mean[:, cases]
-    slopes = (mean[1:] - mean[0]) / step[:, None]
-    unit = max(1.0, fitted.chi2 / max(len(state.cells.case) - len(problem.free), 1))
-    jacobian = fitted.jacobian * span
-    _, size, rows_of = np.linalg.svd(jacobian, full_matrices=False)
-    identified = rows_of[size > 1e-6 * max(size.max(initial=0.0), 1e-300)]
-    steps = slopes.T * span
-    if np.abs(steps - steps @ identified.T @ identified).max(initial=0.0) > 1e-6 * np.abs(steps).max(initial=0.0):
+    place = {key(case): k for k, case in enumerate(state.model.cases)}
+    slopes = slopes_at(state, [place[key(r.row)] for r in held])
+    steps, told = slopes.T * (state.fit.problem.high - state.fit.problem.low), identified_directions(state)
+    if np.abs(steps - steps @ told.T @ told).max(initial=0.0) > 1e-6 * np.abs(steps).max(initial=0.0):
         return None
     error, n = np.array([r.residual for r in held]), len(held)
     own, shared = _variance_of(held)
     together = np.hstack([shared, slopes.T])
     width = shared.shape[1]
     weight = np.zeros((together.shape[1], together.shape[1]))
-    weight[:width, :width], weight[width:, width:] = np.eye(width), unit * covariance(fitted)
+    weight[:width, :width], weight[width:, width:] = np.eye(width), misfit_unit(state) * covariance(state.fit)
     # Woodbury: (D + U K U')^-1 = D^-1 - D^-1 U (1 + K U' D^-1 U)^-1 K U' D^-1, of the size of U's columns, not of the rows
     scaled = together / own[:, None]
     along = scaled.T @ error
@@ -56,7 +45,7 @@ def holdout_p(state: CalibratedStudy, rows: Sequence[RowResidual]) -> float | No
 
 def _variance_of(held: Sequence[RowResidual]) -> tuple[np.ndarray, np.ndarray]:
     """Variance of rows by themselves (n,), and the standard deviation (n, set-ups) that those of one set-up share."""
-    own = np.array([(r.residual / r.z) ** 2 for r in held if r.z])
+    own = np.array([r.uncertainty**2 for r in held if r.uncertainty])
     of_setup: dict[tuple[str, str], list[int]] = {}
     for k, r in enumerate(held):
         if r.row.setup and r.row.setup_sd > 0:

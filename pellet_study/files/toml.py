@@ -2,6 +2,7 @@
 
 import re
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -14,15 +15,18 @@ QUOTED = re.compile(r'"""(?:[^\\]|\\.)*?"""|\'\'\'.*?\'\'\'|"(?:[^"\\\n]|\\.)*"|
 DEEP = re.compile(rf"(?:(?:[\w-]+|\"\")[ \t]*\.[ \t]*){{{DEEPEST},}}")
 
 
-def toml_in(file: Path, missing: str, invalid: str = "no valid TOML") -> dict[str, Any]:
-    """What a TOML file says; `missing` tells what to do where there is none, `invalid` how one is called that is no TOML.
+def toml_in(
+    file: Path, missing: str, invalid: str = "no valid TOML", explain: Callable[[str], str | None] | None = None
+) -> dict[str, Any]:
+    """What a TOML file says; `missing` tells what to do where there is none, `invalid` how one is called that is no TOML, `explain`
+    told the text of one that is none, may say why.
 
     Raises
     ------
     InputError : no such file, none that can be read, or no TOML
     """
     try:
-        text = opening.text(file, LARGEST).replace("\r\n", "\n")
+        text = opening.text(file, LARGEST)
     except FileNotFoundError:
         raise InputError(f"{file}: no such file; {missing}") from None
     except UnicodeDecodeError as error:
@@ -33,6 +37,7 @@ def toml_in(file: Path, missing: str, invalid: str = "no valid TOML") -> dict[st
     if deep:
         raise InputError(f"{file}: {invalid}: a key of more than {DEEPEST} parts, {deep[0][:40]}...")
     try:
-        return tomllib.loads(text)
+        return tomllib.loads(text if "\n" in text else text.replace("\r", "\n"))
     except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(f"{file}: {invalid}: {error}") from None
+        known = explain(text) if explain else None
+        raise InputError(f"{file}: {known or f'{invalid}: {error}'}") from None

@@ -214,7 +214,7 @@ BY_ITSELF = {  # what is written into a folder of the program's own that nobody 
     "api/figures.py": "an example",
     "api/studies.py": "a temporary folder",
     "commands/design_tables.py": "printed",
-    "commands/init.py": "read from the package",
+    "study/starting.py": "read from the package",
     "output/style.py": "into memory",
     "paper/printed.py": "read from the package",
     "powder/report.py": "into memory",
