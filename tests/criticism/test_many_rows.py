@@ -53,7 +53,7 @@ def test_rows_held_out_are_judged_by_their_whole_covariance(tmp_path):
     study = load(folder(tmp_path / "study", lines))
     state = fit_study(study)
     held = [r for r in row_residuals(state) if r.row.split == "holdout"]
-    own = np.diag([(r.residual / r.z) ** 2 for r in held])
+    own = np.diag([r.uncertainty**2 for r in held])
     for a, one in enumerate(held):
         for b, other in enumerate(held):
             if a != b and one.row.setup == other.row.setup:
