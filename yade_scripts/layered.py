@@ -45,7 +45,7 @@ BEFORE = 2  # places that a grain's elastic sphere stands before that of its att
 ADHESION_LOAD = 2.0
 THIN = 1e-6  # density of the layers beside the particle's, as a share of it
 SOFT = 1e-3  # stiffness of the attraction, as a share of the contact's
-MARK = 1e-6  # Pa, cohesion by which a contact of the attraction is known before it has its own; none to speak of
+MARK = 1e-14  # Pa, cohesion by which a contact of the attraction is known before it has its own; none to speak of
 REFERENCE_STEP = 0.34  # times the contact's angular frequency: 0.09 of the Rayleigh step
 MARGIN = 0.8  # share of a restitution that the strongest damper of a step must reach
 PHASES = 16  # of the first step in a contact
@@ -295,7 +295,8 @@ class Attraction:
 
         while self._waiting and self._waiting[0][0] <= O.time:
             _, step, contact = self._waiting.popleft()
-            if contact.isReal and contact.iterMadeReal == step:
+            here = all(O.bodies[number] for number in (contact.id1, contact.id2))  # not taken away meanwhile
+            if here and contact.isReal and contact.iterMadeReal == step:
                 self._attach(contact)
 
     def _attach(self, contact) -> None:
@@ -304,9 +305,11 @@ class Attraction:
 
         geom, soft = contact.geom, contact.phys
         elastic = O.interactions[contact.id1 - BEFORE, contact.id2 - BEFORE].phys
+        if elastic is None:  # parted at this very step
+            return
         force = pull_off_force(self.surface_energy, geom.refR1 * geom.refR2 / (geom.refR1 + geom.refR2))
         soft.unp = force / soft.kn
-        soft.normalAdhesion = force * (1 + soft.kn / elastic.kn) * (1 + 1e-6)  # ends where the elastic layer does
+        soft.normalAdhesion = force * (1 + soft.kn / elastic.kn)  # ends where the elastic layer does
         elastic.unp = -force / elastic.kn
 
 
