@@ -3,12 +3,12 @@
     .venv/bin/python benchmarks/heap_reader.py
 
 makes results/checks/heap_reader.csv, a row per shape, base, angle and number of grains: bias and standard deviation of each
-reading over `HEAPS` heaps. A grain belongs to a heap where its centre lies below the surface. `right_deg` is the angle of the
-flanks where there is one; the mean of both, over all directions, of a skewed heap; the least-squares line through the surface
-from 20 to 80 % of the height of a rounded one and of one with two slopes; 0 of a layer one grain thick. `cone_moment` is
-atan(2 <z>/<r>) over all grains with z from the base, a reading not taken. Base "disc, cut": a cone so wide that the edge of the
-disc cuts it; "photograph": 1,500 grains on a plate, rendered from one side each and read as a photograph is. A last row for each
-angle on a disc has grains as large as the rig's on its base of 50 mm.
+reading over `HEAPS` heaps (a quarter as many photographs). A grain belongs to a heap where its centre lies below the surface.
+`right_deg` is the angle of the flanks where there is one; the mean of both, over all directions, of a skewed heap; the
+least-squares line through the surface from 20 to 80 % of the height of a rounded one and of one with two slopes; 0 of a layer one
+grain thick. `cone_moment` is atan(2 <z>/<r>) with z from the base, on either base: a reading not taken. Base "disc, cut": a cone so
+wide that the edge of the disc cuts it; "photograph": 1,500 grains on a plate, rendered from one side each and read as a photograph
+is. A last row for each angle on a disc has grains as large as the rig's on its base of 50 mm.
 
 Of flank and triangle, which photographs have as well, that one stands for the repose angle whose root-mean-square error over
 the cones of the table (shape "cone", every base, angle and number; a missing reading counts as one of 0 deg) is smallest.
@@ -223,7 +223,7 @@ def main() -> None:
         rows.append(row(shape, base, angle, heaps))
         print(*rows[-1].values(), flush=True)
     for shape, angle in [*(("cone", angle) for angle in ANGLES[1:]), *((shape, 30.0) for shape in OTHERS)]:
-        draws = [np.random.default_rng([k, 16]) for k in range(HEAPS // 2)]
+        draws = [np.random.default_rng([k, 16]) for k in range(HEAPS // 4)]
         heaps = [made(packings[k % 3], shape, "plate", angle, 1500, draw) for k, draw in enumerate(draws)]
         rows.append(row(shape, "photograph", angle, heaps))
         print(*rows[-1].values(), flush=True)

@@ -102,7 +102,7 @@ def one_at_a_time() -> list[Row]:
         rows += [Row("fall height", energy, FULL, {"outlet_height_mm": value}, FULL) for value in (50.0, 75.0)]
         rows += [Row("mass", energy, FULL, {"powder_mass_g": value}, FULL) for value in (30.0,)]
         rows += [Row("base", energy, FULL, {"base": "smooth"}, FULL)]
-        rows += [Row("outlet", energy, FULL, {"outlet_diameter_mm": value}, FULL) for value in (24.0,)]
+        rows += [Row("outlet", energy, FULL, {"outlet_diameter_mm": value}, FULL) for value in (30.0,)]
         rows += [
             Row("amplification", energy, FULL, {"amplification": value}, FULL, None, n)
             for value, n in ((8.0, 12), (4.0, 6))
