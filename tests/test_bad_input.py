@@ -97,7 +97,14 @@ MEASUREMENTS = {
     "half a reading": (cells(",n", ROW + ",2.5"), ["line 2", "n '2.5'", "whole number"]),
     "an infinite n": (cells(",n", ROW + ",inf"), ["line 2", "n 'inf'", "not finite"]),
     "a negative setup_sd": (cells(",setup_sd", ROW + ",-1"), ["line 2", "setup_sd '-1'", "at least 0"]),
-    "an unknown split": (cells(",split", ROW + ",test"), ["line 2", "'test'", "fit, holdout"]),
+    "an unknown split": (cells(",split", ROW + ",test"), ["line 2", "'test'", "fit, holdout, leave_out"]),
+    "a row left out without a reason": (cells(",split", ROW + ",leave_out"), ["line 2", "leave_out", "`reason`"]),
+    "a reason for a row that is fitted": (
+        cells(",split,reason", ROW + ",,spilt"),
+        ["line 2", "reason 'spilt'", "leave_out or holdout"],
+    ),
+    "an order that is no number": (cells(",order", ROW + ",first"), ["line 2", "order 'first'", "expected a number"]),
+    "all rows left out": (cells(",split,reason", ROW + ",leave_out,spilt"), ["every row", "split `fit`"]),
     "a misspelt split": (cells(",split", ROW + ",holduot"), ["line 2", "'holdout'"]),
     "a quote that is not closed": (cells(",note", ROW + ',"my note'), ["line 2", "quote"]),
     "text after a quote": (cells(",note", ROW + ',"my" note'), ["line 2", "quote"]),
@@ -200,7 +207,7 @@ def test_measurements_are_refused(tmp_path, capsys, case):
     refused(
         folder(tmp_path / "study", rows=rows),
         capsys,
-        words if case == "all rows held out" else ["measurements.csv", *words],
+        words if case.startswith("all rows") else ["measurements.csv", *words],
     )
 
 

@@ -56,7 +56,8 @@ def write(results: Sequence[BenchResult], folder: Path, contact_law: str) -> str
     table = []
     for stage in STAGES:  # what an earlier call with other measurements left
         (folder / f"sweep_{stage.rig}.csv").unlink(missing_ok=True)
-        (folder / "figures" / f"{stage.rig}.png").unlink(missing_ok=True)
+        for file in (folder / "figures").glob(f"{stage.rig}.*"):
+            file.unlink()
     for result in results:
         stage = result.stage
         result.sweep.round(6).to_csv(folder / f"sweep_{stage.rig}.csv", index=False, lineterminator="\n")

@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from pellet_study.commands.arguments import write_figures
 from pellet_study.commands.design_tables import (
     add_making_arguments,
     add_table_arguments,
@@ -114,8 +115,7 @@ def run(arguments: argparse.Namespace) -> dict:
     answer = dict(next(iter(each.values())).answer)
     if len(each) > 1:
         answer["responses"] = {name: {**one.answer, "warnings": one.warnings} for name, one in each.items()}
-    if joint:
-        _joint(told, each, answer, warnings, parts)
+    found = _joint(told, each, answer, warnings, parts) if joint else None
     _validate(next(iter(told.values())), answer, parts)
     say("\n\n".join(parts))
     answer["warnings"] = warnings
@@ -124,6 +124,8 @@ def run(arguments: argparse.Namespace) -> dict:
         answer["figures"] = [
             path for name, one in each.items() for path in _figures(told[name], one, figure_prefix(name, each))
         ]
+        if found is not None and len(found.factors) > 1:
+            answer["figures"] += _regions(arguments, found, {name: own.unit for name, own in told.items()})
     after = "--target VALUE" if arguments.target is None else "--target ... --verify RUNS"
     done(kept(arguments), None if arguments.verify or joint else f"bbd {again(arguments)} {after}")
     return answer
@@ -147,7 +149,7 @@ def _check_goals(told: dict[str, argparse.Namespace]) -> None:
         raise InputError("--verify needs the response to be met: give --target")
 
 
-def _joint(told: dict, each: dict, answer: dict, warnings: list[str], parts: list[str]) -> None:
+def _joint(told: dict, each: dict, answer: dict, warnings: list[str], parts: list[str]):
     """The settings that meet the goals of all responses that have one."""
     from pellet_study.doe import text
     from pellet_study.doe.joint_set import joint_set
@@ -160,6 +162,7 @@ def _joint(told: dict, each: dict, answer: dict, warnings: list[str], parts: lis
     if found.extrapolation:
         warnings.append(text.EXTRAPOLATION)
     answer["joint"] = joint_answer(found)
+    return found
 
 
 def _design(arguments) -> dict:
@@ -229,15 +232,30 @@ def _figures(own, one, prefix: str) -> list[str]:
     from pellet_study.doe import figures
     from pellet_study.doe.labels import degraded
 
-    surface = one.response.surface
-    warn(degraded(surface.table.names, str(surface.table.response.name)))
-    drawn = {
-        "response_surface": figures.surface_contours(surface, one.target_set, own.unit),
-        "predicted_observed": figures.predicted_observed(surface, own.unit),
-    }
-    if surface.saturated:
-        drawn["half_normal"] = figures.half_normal(surface.scaled_effects, surface.lenth, names=surface.table.names)
-    with writing(own.figures):
-        return [
-            str(path) for path in figures.save({prefix + name: figure for name, figure in drawn.items()}, own.figures)
-        ]
+    surface, found = one.response.surface, one.target_set
+    unit = own.unit if one.response.transformation is None else ""  # a transformed response has another
+    table = surface.table
+    warn(degraded(table.names, str(table.response.name)))
+
+    def draw() -> dict:
+        drawn = {"predicted_observed": figures.predicted_observed(surface, unit)}
+        if len(table.names) > 1:
+            drawn |= {
+                "response_surface": figures.surface_contours(surface, found, unit),
+                "surface_3d": figures.surface_3d(surface, found, unit),
+                "interactions": figures.interactions(surface, found, unit),
+            }
+        drawn["perturbation"] = figures.perturbation(surface, found, unit)
+        if surface.model.mean_square_error:
+            drawn["residuals"] = figures.residual_plots(table, surface.model, surface.runs, unit, own.alpha)
+        if surface.saturated:
+            drawn["half_normal"] = figures.half_normal(surface.scaled_effects, surface.lenth, names=table.names)
+        return {prefix + name: figure for name, figure in drawn.items()}
+
+    return [str(path) for path in write_figures(own, draw)]
+
+
+def _regions(arguments, found, units: dict[str, str]) -> list[str]:
+    from pellet_study.doe import figures
+
+    return [str(path) for path in write_figures(arguments, lambda: {"overlay": figures.overlaid_regions(found, units)})]

@@ -6,6 +6,7 @@ import sys
 from contextlib import contextmanager
 from pathlib import Path
 
+from pellet_study.commands.arguments import add_look, check_look
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done
 
@@ -24,7 +25,8 @@ def add_table_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     parser.add_argument("--alpha", type=float, default=0.05, help="significance level (0.05)")
     parser.add_argument("--unit", metavar="[NAME=]UNIT", action="append", help="unit of the response, for the figures")
-    parser.add_argument("--figures", metavar="DIR", type=Path, help="write the figures there (PNG)")
+    parser.add_argument("--figures", metavar="DIR", type=Path, help="write the figures there")
+    add_look(parser)
 
 
 def kept(arguments: argparse.Namespace) -> str:
@@ -63,6 +65,7 @@ def check_arguments(arguments: argparse.Namespace) -> None:
         raise InputError(
             f"expected a table to analyse (TABLE.csv) or a design to make (--design), one of the two{after}"
         )
+    check_look(arguments)
     if not 0 < arguments.alpha < 1:
         raise InputError(f"--alpha {arguments.alpha:g}: expected a level between 0 and 1, such as 0.05")
 

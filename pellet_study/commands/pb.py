@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pellet_study.commands.arguments import write_figures
 from pellet_study.commands.design_tables import (
     add_making_arguments,
     add_table_arguments,
@@ -13,7 +14,6 @@ from pellet_study.commands.design_tables import (
     kept,
     warn,
     write_design,
-    writing,
 )
 from pellet_study.commands.responses import (
     add_response_argument,
@@ -116,12 +116,14 @@ def run(arguments: argparse.Namespace) -> dict:
 
 @dataclass
 class Screened:
-    """One response: its screening, its climb, its answer and the words of it."""
+    """One response: its screening, its climb, its answer and the words of it, the runs made on the path and where they turned."""
 
     screening: Any
     climb: Any
     answer: dict
     words: str
+    runs: Any = None
+    turning: Any = None
 
 
 def _screened(own, table, ignore_runs) -> Screened:
@@ -135,7 +137,7 @@ def _screened(own, table, ignore_runs) -> Screened:
     climb = _climb(own, screening)
     if climb:
         warnings += climb_cautions(climb, screening)
-    turning = _turning(own, table, warnings, ignore_runs)
+    runs, turning = _turning(own, table, warnings, ignore_runs)
     words = [text.screening_text(screening)]
     if climb:
         words.append(text.climb_text(climb))
@@ -143,7 +145,7 @@ def _screened(own, table, ignore_runs) -> Screened:
     if turning:
         words.append(text.turning_text(turning))
         answer["turning"] = answers.turning_answer(turning)
-    return Screened(screening, climb, answer, "\n\n".join(words))
+    return Screened(screening, climb, answer, "\n\n".join(words), runs, turning)
 
 
 def _levels(arguments, factors) -> dict:
@@ -240,9 +242,9 @@ def _meant(name: str, names: list[str]) -> str:
 
 
 def _turning(arguments, table, warnings: list[str], ignore: list[list[str]]):
-    """Where the runs made on the path turned, if any were given."""
+    """The runs made on the path and where they turned, if any were given."""
     if arguments.climb_runs is None:
-        return None
+        return None, None
     from pellet_study.doe import steepest_climb
     from pellet_study.doe.path_table import read_path
 
@@ -250,24 +252,35 @@ def _turning(arguments, table, warnings: list[str], ignore: list[list[str]]):
     warnings += notes
     units = {factor.name: factor.unit for factor in table.factors}
     ascend = not (arguments.descend or arguments.lowest)
-    return steepest_climb.turning(runs, arguments.target, ascend, units)
+    return runs, steepest_climb.turning(runs, arguments.target, ascend, units)
 
 
 def _figures(own, one: Screened, prefix: str) -> list[str]:
     from pellet_study.doe import figures
+    from pellet_study.doe.box_behnken import diagnostics
     from pellet_study.doe.labels import degraded
 
-    screening, climb = one.screening, one.climb
-    warn(degraded(screening.table.names))
-    drawn = {
-        "pareto": figures.pareto(screening, own.unit),
-        "half_normal": figures.half_normal(
-            screening.effects, screening.lenth, own.unit, screening.noise_contrasts, screening.table.names
-        ),
-    }
-    if climb is not None:
-        drawn["climb"] = figures.climb_path(climb, own.unit, own.target, screening.table.names)
-    with writing(own.figures):
-        return [
-            str(path) for path in figures.save({prefix + name: figure for name, figure in drawn.items()}, own.figures)
-        ]
+    screening, climb, runs, turning = one.screening, one.climb, one.runs, one.turning
+    table, unit = screening.table, own.unit
+    warn(degraded(table.names, str(table.response.name)))
+
+    def draw() -> dict:
+        drawn = {
+            "pareto": figures.pareto(screening, unit),
+            "half_normal": figures.half_normal(
+                screening.effects, screening.lenth, unit, screening.noise_contrasts, table.names
+            ),
+        }
+        if len(table.names) > 1:
+            drawn["screening_interactions"] = figures.observed_interactions(screening, unit)
+        if screening.model.mean_square_error:
+            model = screening.model
+            drawn["screening_residuals"] = figures.residual_plots(table, model, diagnostics(model), unit, own.alpha)
+        if climb is not None:
+            on_it = runs if runs is not None and {f.name for f in climb.factors} <= set(runs.columns) else None
+            drawn["climb"] = figures.climb_path(climb, unit, own.target, table.names, on_it, turning)
+        if turning is not None:
+            drawn["path"] = figures.path_runs(runs, turning, table.factors, unit, own.target, table.names)
+        return {prefix + name: figure for name, figure in drawn.items()}
+
+    return [str(path) for path in write_figures(own, draw)]

@@ -49,7 +49,7 @@ class CellMeans:
     @property
     def scale_known(self) -> bool:
         """Whether the readings themselves say how far they scatter."""
-        return self.dof > 0
+        return bool(self.dof > 0)
 
     def whitened(self, differences: np.ndarray) -> np.ndarray:
         """W applied to differences whose last axis runs over the cells."""

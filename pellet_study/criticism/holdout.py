@@ -7,7 +7,7 @@ from scipy import special
 
 from pellet_study.criticism.calibration import CalibratedStudy, covariance, part_of
 from pellet_study.criticism.least_squares import fit, problem_of
-from pellet_study.criticism.residuals import RowResidual
+from pellet_study.criticism.residuals import RowResidual, identified_directions, misfit_unit, slopes_at
 from pellet_study.model.model import key
 
 
@@ -18,34 +18,23 @@ def holdout_p(state: CalibratedStudy, rows: Sequence[RowResidual]) -> float | No
     degrees of freedom of the readings' scatter. None without such rows, without their scatter, or where they depend on a
     constant that the rows fitted do not tell.
     """
-    held = [r for r in rows if r.row.split == "holdout" and r.z]  # (residual / z)^2 is its variance
+    held = [r for r in rows if r.row.split == "holdout" and r.uncertainty]
     if not held or not state.cells.scale_known:
         return None
-    model, fitted = state.model, state.fit
-    place = {key(case): k for k, case in enumerate(model.cases)}
-    cases = [place[key(r.row)] for r in held]
-    problem, span = fitted.problem, fitted.problem.high - fitted.problem.low
-    points = np.repeat(fitted.point[None], 1 + len(problem.free), axis=0)
-    step = np.where(fitted.values + model.step * span <= problem.high, model.step, -model.step) * span
-    points[1 + np.arange(len(problem.free)), list(problem.free)] += step
-    mean = model.predict(points).mean[:, cases]
-    slopes = (mean[1:] - mean[0]) / step[:, None]
-    unit = max(1.0, fitted.chi2 / max(len(state.cells.case) - len(problem.free), 1))
-    jacobian = fitted.jacobian * span
-    _, size, rows_of = np.linalg.svd(jacobian, full_matrices=False)
-    identified = rows_of[size > 1e-6 * max(size.max(initial=0.0), 1e-300)]
-    steps = slopes.T * span
-    if np.abs(steps - steps @ identified.T @ identified).max(initial=0.0) > 1e-6 * np.abs(steps).max(initial=0.0):
+    place = {key(case): k for k, case in enumerate(state.model.cases)}
+    slopes = slopes_at(state, [place[key(r.row)] for r in held])
+    steps, told = slopes.T * (state.fit.problem.high - state.fit.problem.low), identified_directions(state)
+    if np.abs(steps - steps @ told.T @ told).max(initial=0.0) > 1e-6 * np.abs(steps).max(initial=0.0):
         return None
-    own = _covariance_of(held)
     error = np.array([r.residual for r in held])
-    together, n = own + unit * slopes.T @ covariance(fitted) @ slopes, len(held)
+    together = _covariance_of(held) + misfit_unit(state) * slopes.T @ covariance(state.fit) @ slopes
+    n = len(held)
     return float(special.fdtrc(n, state.cells.dof, error @ np.linalg.solve(together, error) / n))
 
 
 def _covariance_of(held: Sequence[RowResidual]) -> np.ndarray:
     """Covariance of rows: of each alone, and of the set-ups that some share."""
-    own = np.diag(np.array([(r.residual / r.z) ** 2 for r in held if r.z]))
+    own = np.diag(np.array([r.uncertainty**2 for r in held if r.uncertainty]))
     for a, first in enumerate(held):
         for b, second in enumerate(held):
             if a != b and first.row.setup and first.row.setup == second.row.setup and first.row.rig == second.row.rig:

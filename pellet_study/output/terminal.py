@@ -52,9 +52,12 @@ def warn(messages: Iterable[str], noted: Collection[str] = ()) -> None:
         print(f"\033[33m{text}\033[0m" if coloured(sys.stderr) else text, file=sys.stderr)
 
 
-def done(where: object, command: str | None = None) -> None:
-    """The last line of an answer: where the results are, which command comes next."""
-    say(f"\nresults: {where}" + (f"; next: pellet-study {command}" if command else ""))
+def done(where: object, command: str | None = None, first: str = "") -> None:
+    """The last line of an answer: where the results are, which command comes next, and what is to be done before it."""
+    say(
+        f"\nresults: {where}"
+        + (f"; next: {f'{first}, then ' if first else ''}pellet-study {command}" if command else "")
+    )
 
 
 @contextmanager

@@ -11,6 +11,7 @@ from typing import Any
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 import pellet_study
+from pellet_study.bench.readings import readings
 from pellet_study.criticism.facts import model_name
 from pellet_study.errors import InputError
 from pellet_study.output import style
@@ -95,19 +96,21 @@ def _content(
         "named": _named(study, folder),
         "rigs": study.rigs,
         "counts": counts(study),
-        "sections": SECTIONS,
+        "sections": [s for s in SECTIONS if s[0] != "stages" or stages or stage_commands(study)],
+        "todo_stages": stage_commands(study),
         "short": _short(compared, diagnoses, steps, stages),
         "notes": _notes(study, compared),
         "measured": measured(study, folder),
-        "model": criticism.model(compared) if compared else None,
+        "model": criticism.model(study, compared, shown, diagnoses) if compared else None,
         "joint": joint(folder),
-        "fails": criticism.fails(shown, diagnoses) if shown else None,
+        "fails": criticism.fails(study, shown, diagnoses) if shown else None,
         "missing": [criticism.missing(study, diagnosis) for diagnosis in diagnoses],
-        "ladder": criticism.ladder(steps) if steps else None,
-        "next": criticism.next_measurement(diagnoses),
+        "ladder": criticism.ladder(study, steps, diagnoses) if steps else None,
+        "errors": criticism.errors(diagnoses[-1]) if diagnoses else None,
+        "next": criticism.next_measurement(study, diagnoses),
         "nothing_next": "No further measurement is proposed: nothing has to be told apart.",
         "stages": stages,
-        "repeat": _repeat(study, folder),
+        "repeat": _repeat(study, folder, {stage.kind for stage in stages}),
         "version": pellet_study.__version__,
     }
 
@@ -156,7 +159,11 @@ def _short(compared: Answer | None, diagnoses: list[Answer], steps: list[Answer]
         if last.get("noise_floor"):
             found.append(f"The scatter of the readings alone gives {number(last['noise_floor'], 3)}.")
     elif compared:
-        found.append(f"The model is {model_name(compared['effects'])}. {criticism.fit_sentence(compared)}")
+        found.append(
+            f"The model is {model_name(compared['effects'])}. {criticism.fit_sentence(compared, held_out=not diagnoses)}"
+        )
+    if len(steps) > 1 and compared:
+        found.append(f"With it {criticism.fit_sentence(compared, held_out=not diagnoses)}")
     if diagnoses:
         found.append(criticism.verdict(diagnoses[-1]))
     if stages:
@@ -183,9 +190,37 @@ def _named(study: Study, folder: Path) -> str:
     return folder.as_posix() + (f" --library {study.library.as_posix()}" if study.library else "")
 
 
-def _repeat(study: Study, folder: Path) -> Table:
-    """Which command made which numbers, and the files they stand in."""
+def stage_commands(study: Study) -> list[tuple[str, str]]:
+    """The stages of the source paper's calibration that a study's rigs have, in words, and the command of each."""
+    found = []
+    if _bench_readings(study):
+        found.append(("The three seed bench tests of the source paper have not been calibrated here:", "bench"))
+    if measured_angle(study) is not None:
+        found.append(("The powder, whose repose angle was measured, has not been calibrated here:", "calibrate"))
+    return found
+
+
+def _bench_readings(study: Study) -> bool:
+    """Whether the seed bench tests can be calibrated: one setting for each of their rigs that has rows."""
+    try:
+        return bool(readings(study.rows))
+    except InputError:
+        return False
+
+
+def _repeat(study: Study, folder: Path, stages: set[str]) -> Table:
+    """Which command made which numbers, and the files they stand in; of the stages only those that the study has."""
     place = _named(study, folder)
+    commands = {command for _, command in stage_commands(study)}
+    of_stages = [
+        (
+            "powder calibration",
+            ("runs.csv", *(f"{stage}/decision.json" for stage in decisions.STAGES)),
+            decisions.command(folder).removeprefix("pellet-study ").replace(folder.as_posix(), place, 1),
+            "calibrate" in commands or "powder" in stages,
+        ),
+        ("seed bench tests", ("calibration.csv",), f"bench {place}", "bench" in commands or "bench" in stages),
+    ]
     rows = [
         [what, ", ".join(f for f in files if (folder / f).exists()) or "not there yet", f"pellet-study {command}"]
         for what, files, command in (
@@ -193,12 +228,7 @@ def _repeat(study: Study, folder: Path) -> Table:
             ("ranking, next measurement", ("diagnose.json", "diagnose.txt"), f"diagnose {place}"),
             ("effects added, error step by step", ("refine.json", "refine.txt"), f"refine {place}"),
             ("the error ladder", (history.HISTORY,), f"history {place}"),
-            (
-                "powder calibration",
-                ("runs.csv", *(f"{stage}/decision.json" for stage in decisions.STAGES)),
-                decisions.command(folder).removeprefix("pellet-study ").replace(folder.as_posix(), place, 1),
-            ),
-            ("seed bench tests", ("calibration.csv",), f"bench {place}"),
+            *(stage[:3] for stage in of_stages if stage[3]),
         )
     ]
     return table(("numbers", "files", "command"), rows)
