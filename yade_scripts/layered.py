@@ -96,21 +96,23 @@ def damping_ratio(restitution: float, share: float, step: float) -> float:
     return sqrt(low * high)
 
 
-def remainders(ratio: float, share: float, step: float, steps: int) -> list[float]:
+def remainders(ratio: float, share: float, step: float, steps: int) -> np.ndarray:
     """sqrt(v^2 + (omega x)^2) over the speed of approach, 0, 1, ... steps after an impact's first, in leapfrog steps.
+
+    The mean over the phases of the first step.
 
     Parameters
     ----------
-    ratio, share, step : of the contact, as in `rebound`; the first overlap is half a step's way
+    ratio, share, step : of the contact, as in `rebound`
     steps : up to which
     """
-    overlap, speed, found = 0.5 * step, 1.0, []
+    overlap, speed, found = (np.arange(PHASES) + 0.5) / PHASES * step, np.ones(PHASES), []
     for _ in range(steps + 1):
         touching = overlap
-        speed -= step * ((1 - share) * overlap + max(0.0, share * overlap + 2 * ratio * speed))
-        overlap += step * speed
-        found.append(float(np.hypot(speed, touching)))
-    return found
+        speed = speed - step * ((1 - share) * overlap + np.maximum(0.0, share * overlap + 2 * ratio * speed))
+        overlap = overlap + step * speed
+        found.append(np.mean(np.hypot(speed, touching)))
+    return np.array(found)
 
 
 @cache
@@ -263,7 +265,7 @@ class Attraction:
     left : what is left of the speed of approach so many steps after the first, as in `remainders`
     """
 
-    def __init__(self, surface_energy: float, slow: float, frequency: float, left: list[float]):
+    def __init__(self, surface_energy: float, slow: float, frequency: float, left: np.ndarray):
         self.surface_energy, self.slow, self.frequency, self.left = surface_energy, slow, frequency, left
         self._waiting: deque = deque()  # (when it is due, the step it was born in, contact), the first due first
 
