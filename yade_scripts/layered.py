@@ -131,7 +131,7 @@ def longest_step(restitution: float, share: float) -> float:
 
 
 def step_share(restitution: float, adhesion_load: float = ADHESION_LOAD) -> float:
-    """Share of the step of REFERENCE_STEP that a restitution leaves: at a = 2 1 from 0.16 on, 0.93 at 0.15, 0.34 at 0.05."""
+    """Share of the step of REFERENCE_STEP that a restitution leaves: at a = 2 it is 1 from 0.17 on, 0.88 at 0.15, 0.33 at 0.05."""
     return min(1.0, longest_step(restitution, 1 - 1 / adhesion_load) / REFERENCE_STEP)
 
 
