@@ -128,7 +128,7 @@ def test_a_hidden_effect_is_found_and_the_report_says_the_words(tmp_path):
     status, answer = command("refine", tmp_path, json_file=tmp_path / "answer.json")
     assert status == 0 and answer["added"] == ["suction"] and answer["verdict"] == "adequate"
     status, answer = command("report", tmp_path, json_file=tmp_path / "report.json")
-    assert status == 0 and "wall (-) polished, coated, ribbed" in Path(answer["path"]).read_text()
+    assert status == 0 and "wall polished, coated, ribbed" in Path(answer["path"]).read_text()
 
 
 def test_a_constant_that_another_word_would_change_is_named_and_drawn(tmp_path, capsys):
