@@ -112,8 +112,10 @@ def with_own_noise(state: CalibratedStudy, fitted: Fit) -> tuple[CalibratedStudy
 
 
 def covariance(fitted: Fit) -> np.ndarray:
-    """(J' J)^-1 over the free columns, generalised where singular."""
-    return np.linalg.pinv(fitted.jacobian.T @ fitted.jacobian, rcond=1e-12, hermitian=True)
+    """(J' J)^-1 over the free columns, each scaled by its range, generalised where singular."""
+    span = fitted.problem.high - fitted.problem.low
+    scaled = fitted.jacobian * span
+    return np.linalg.pinv(scaled.T @ scaled, rcond=1e-12, hermitian=True) * np.outer(span, span)
 
 
 def reduced_chi2(state: CalibratedStudy, fitted: Fit) -> float:

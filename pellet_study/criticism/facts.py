@@ -127,9 +127,10 @@ def varying(rows: Sequence[dict]) -> dict[str, list[str]]:
     return names_of
 
 
-def misfit(row: dict) -> float:
-    """How far a row is off: in standard uncertainties, or, where they are unknown, in its unit."""
-    return abs(row["z"] if row["z"] is not None else row["residual"])
+def misfit(row: dict) -> tuple[bool, float]:
+    """Orders rows by how far they are off: first those whose uncertainty is known, in it, then the others in their unit."""
+    known = row["z"] is not None
+    return known, abs(row["z"] if known else row["residual"])
 
 
 def finding(diagnosis: dict) -> Finding:

@@ -179,10 +179,10 @@ def adequacy(comparison: dict) -> str:
     words = "no missing effect is supported by these data"
     if comparison["chi2"] is None:
         return f"{words}; how well the model fits cannot be judged without sd or replicates"
-    if comparison["fits"] is None:
-        return f"{words}, which could show none"
     if held_out_contradict(comparison):
         return f"{words}, but the rows held out contradict the model (p {probability(comparison['holdout_p'])}; the limit is {HELD_OUT_FAILS:g})"
+    if comparison["fits"] is None:
+        return f"{words}, which could show none"
     if grade(comparison) == Grade.DOUBTFUL:
         return f"{words}, but {grade_words(comparison)}"
     return words

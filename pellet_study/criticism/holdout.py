@@ -12,6 +12,7 @@ from pellet_study.model.model import key
 from pellet_study.study.measurements import Measurement
 
 MOST_LEVELS = 30  # fits of a condition
+LEAST_SHARE = 1e-12  # of a row's variance that is its own beside a set-up's: what is left of it after rounding
 
 
 def holdout_p(state: CalibratedStudy, rows: Sequence[RowResidual]) -> float | None:
@@ -29,32 +30,42 @@ def holdout_p(state: CalibratedStudy, rows: Sequence[RowResidual]) -> float | No
     steps, told = slopes.T * (state.fit.problem.high - state.fit.problem.low), identified_directions(state)
     if np.abs(steps - steps @ told.T @ told).max(initial=0.0) > 1e-6 * np.abs(steps).max(initial=0.0):
         return None
-    error, n = np.array([r.residual for r in held]), len(held)
+    error = np.array([r.residual for r in held])
     own, shared = _variance_of(held)
-    together = np.hstack([shared, slopes.T])
-    width = shared.shape[1]
-    weight = np.zeros((together.shape[1], together.shape[1]))
-    weight[:width, :width], weight[width:, width:] = np.eye(width), misfit_unit(state) * covariance(state.fit)
-    # Woodbury: (D + U K U')^-1 = D^-1 - D^-1 U (1 + K U' D^-1 U)^-1 K U' D^-1, of the size of U's columns, not of the rows
-    scaled = together / own[:, None]
-    along = scaled.T @ error
-    inner = np.eye(len(weight)) + weight @ (together.T @ scaled)
-    squares = error @ (error / own) - along @ np.linalg.solve(inner, weight @ along)
-    return float(special.fdtrc(n, state.cells.dof, max(squares, 0.0) / n))
+    value, axes = np.linalg.eigh(misfit_unit(state) * covariance(state.fit))
+    by_constants = slopes.T @ (axes * np.sqrt(np.maximum(value, 0.0)))
+    squares = distance(error, own, np.hstack([shared, by_constants]))
+    return float(special.fdtrc(len(held), state.cells.dof, squares / len(held)))
+
+
+def distance(error: np.ndarray, own: np.ndarray, shared: np.ndarray) -> float:
+    """e' C^-1 e with C = diag(own) + U U', a sum of squares along the columns of U and across them, of no more than n U's size.
+
+    Parameters
+    ----------
+    error, own : (n,) arrays, e and the rows' own variances
+    shared : (n, k) array, U
+    """
+    root = np.sqrt(own)
+    along, spread, _ = np.linalg.svd(shared / root[:, None], full_matrices=False)
+    scaled = error / root
+    parts = along.T @ scaled
+    across = scaled - along @ parts
+    return float(across @ across + (parts**2 / (1 + spread**2)).sum())
 
 
 def _variance_of(held: Sequence[RowResidual]) -> tuple[np.ndarray, np.ndarray]:
     """Variance of rows by themselves (n,), and the standard deviation (n, set-ups) that those of one set-up share."""
     own = np.array([r.uncertainty**2 for r in held if r.uncertainty])
-    of_setup: dict[tuple[str, str], list[int]] = {}
+    of_setup: dict[tuple[str, str, str], list[int]] = {}
     for k, r in enumerate(held):
         if r.row.setup and r.row.setup_sd > 0:
-            of_setup.setdefault((r.row.rig, r.row.setup), []).append(k)
+            of_setup.setdefault((r.row.rig, r.row.observable, r.row.setup), []).append(k)
     several = [rows for rows in of_setup.values() if len(rows) > 1]
     shared = np.zeros((len(held), len(several)))
     for column, rows in enumerate(several):
         shared[rows, column] = [held[k].row.setup_sd for k in rows]
-    return own - np.square(shared).sum(axis=1), shared
+    return np.maximum(own - np.square(shared).sum(axis=1), LEAST_SHARE * own), shared
 
 
 def _grouped(levels: Sequence) -> list[dict]:

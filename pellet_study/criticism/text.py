@@ -116,7 +116,7 @@ def rows_table(rows: Sequence[dict], notes: Sequence[str], most: int = MOST_ROWS
     varied = {name for names in facts.varying(rows).values() for name in names}
     shown = list(zip(rows, notes, strict=True))
     if len(rows) > most:
-        shown = sorted(shown, key=lambda item: -facts.misfit(item[0]))[:most]
+        shown = sorted(shown, key=lambda item: facts.misfit(item[0]), reverse=True)[:most]
         head += f"   (the worst {most} of {len(rows)})"
     lines, used = [head], {columns_used(row) for row in rows}
     for row, note in shown:
@@ -222,8 +222,12 @@ def held_out_too(answer: dict) -> str:
         return ""
     said = f"; the rows held out contradict the model without it (p {probability(answer['holdout_p'])}; the limit is "
     said += f"{answer['holdout_limit_p']:g})"
-    for contradicted, words in ((True, "contradict it with"), (False, "agree with it with")):
-        names = [" + ".join(r["effects"]) for r in answer["rivals"] if r["holdout_contradicts"] == contradicted]
+    groups: dict[str, list[str]] = {"contradict it with": [], "agree with it with": [], "cannot be held against": []}
+    for rival in answer["rivals"]:
+        judged = "contradict it with" if rival["holdout_contradicts"] else "agree with it with"
+        words = judged if rival["holdout_p"] is not None else "cannot be held against"
+        groups[words].append(" + ".join(rival["effects"]))
+    for words, names in groups.items():
         said += f", {words} {', '.join(names)}" if names else ""
     return said
 

@@ -178,7 +178,7 @@ def fails(study: Study, steps: Sequence[dict[str, Any]], diagnoses: Sequence[dic
 def worst_rows(comparison: dict[str, Any]) -> Table:
     """The rows that a model predicts worst."""
     varying, units = facts.varying(comparison["rows"]), comparison.get("units") or {}
-    worst = sorted(comparison["rows"], key=lambda row: -facts.misfit(row))[:MOST_WORST]
+    worst = sorted(comparison["rows"], key=facts.misfit, reverse=True)[:MOST_WORST]
     rows = [
         [
             row["rig"],

@@ -29,6 +29,7 @@ from pellet_study.study.study import Study
 Answer = dict[str, Any]  # the JSON that a command left
 
 FILE = "report.html"
+COMPARED = ("value", "sd", "n", "split")  # of a row, beside its conditions
 DAMAGED = (KeyError, TypeError, AttributeError, IndexError, ValueError)
 SECTIONS = (
     ("measured", "What was measured"),
@@ -169,7 +170,7 @@ def _diagnoses(refined: Answer | None, last: Answer | None) -> list[Answer]:
 
 def _short(compared: Answer | None, diagnoses: list[Answer], steps: list[Answer], stages: list[Stage]) -> list[str]:
     """The answer in a few sentences."""
-    if not (compared or stages):
+    if not (compared or stages or diagnoses):
         return ["Measured, not calibrated yet."]
     found = []
     if len(steps) > 1:
@@ -203,9 +204,17 @@ def _notes(study: Study, compared: Answer | None) -> list[str]:
     found = []
     if compared["effects"] != list(study.effects):
         found.append("The effects in study.toml are not those of the last comparison: run compare again.")
-    if [r["value"] for r in compared["rows"]] != [row.value for row in study.rows]:
+    if not _compared_as_read(compared["rows"], study):
         found.append("measurements.csv is not what was compared: run compare again.")
     return found + compared["warnings"]
+
+
+def _compared_as_read(compared: Sequence[Mapping], study: Study) -> bool:
+    """Whether the rows of an answer are those of measurements.csv, in what the answer has of them."""
+    now = [{name: getattr(row, name) for name in COMPARED} | {"conditions": dict(row.conditions)} for row in study.rows]
+    return len(now) == len(compared) and all(
+        was[name] == value for was, row in zip(compared, now, strict=True) for name, value in row.items() if name in was
+    )
 
 
 def _named(study: Study, folder: Path) -> str:

@@ -10,7 +10,7 @@ from pellet_study.files import opening
 from pellet_study.rigs.catalogue import declares
 
 PLACES = {"RIG": "rigs", "EFFECT": "effects"}
-LOOKS_LIKE = re.compile(r"^[ \t]*(rig|effect)\s*(:[^=\n]*)?=\s*(\{|dict\b)", re.MULTILINE | re.IGNORECASE)
+LOOKS_LIKE = re.compile(r"^(rig|effect)\s*(:[^=\n]*)?=\s*(\{|dict\b)", re.MULTILINE | re.IGNORECASE)
 DEPTH = 2  # folders below a study that are looked into
 LARGEST = 1_000_000  # bytes of a file that is read
 
