@@ -116,7 +116,8 @@ def run(arguments: argparse.Namespace) -> dict:
         answer["responses"] = {name: {**one.answer, "warnings": one.warnings} for name, one in each.items()}
     if joint:
         _joint(told, each, answer, warnings, parts)
-    _validate(next(iter(told.values())), answer, parts)
+    first, own = next(iter(told.items()))
+    _validate(own, first, answer, parts)
     say("\n\n".join(parts))
     answer["warnings"] = warnings
     warn(warnings)
@@ -192,8 +193,9 @@ def _design(arguments) -> dict:
     return write_design(sheet, arguments.output, arguments.force, "bbd")
 
 
-def _validate(arguments, answer: dict, parts: list[str]) -> None:
+def _validate(arguments, response: str, answer: dict, parts: list[str]) -> None:
     """Declare the margin of the only response, or test its validation runs against the one declared."""
+    only = not (arguments.response and arguments.ignore)  # else a margin without a name may be an ignored response's
     path = arguments.margin_file or arguments.table.parent / "margin.json"
     from pellet_study.doe import answers, text, validation
 
@@ -203,8 +205,10 @@ def _validate(arguments, answer: dict, parts: list[str]) -> None:
                 "--declare-margin and --verify came together: a margin is declared before the runs are made"
             )
         with writing(path):
-            validation.declare_margin(path, arguments.declare_margin, arguments.unit)
-        parts.append(f"margin {arguments.declare_margin:g} declared in {path}; make the runs, then --verify them")
+            validation.declare_margin(path, arguments.declare_margin, arguments.unit, response, only)
+        parts.append(
+            f"margin {arguments.declare_margin:g} of {response} declared in {path}; make the runs, then --verify them"
+        )
         answer["margin"] = arguments.declare_margin
     if not arguments.verify:
         return
@@ -213,7 +217,8 @@ def _validate(arguments, answer: dict, parts: list[str]) -> None:
     if arguments.target_n is not None:
         sd = one_number("uncertainty", arguments.uncertainty)
         target = validation.Sample(target.mean, sd, arguments.target_n)
-    found = validation.equivalence(runs, target, validation.read_margin(path), arguments.alpha)
+    margin = validation.read_margin(path, response, only)
+    found = validation.equivalence(runs, target, margin, arguments.alpha)
     parts.append(text.equivalence_text(found))
     answer["validation"] = answers.equivalence_answer(found)
 

@@ -264,7 +264,11 @@ def box_cox_text(found: BoxCox) -> str:
             f"Box-Cox power beyond {found.beyond:g}: no power transformation helps; look for single runs that the model "
             "misses (Cook's D) and for terms that it lacks"
         )
-    need = "a transformation is indicated (--transform applies it)" if found.transformation_needed else "no transformation is indicated"
+    need = (
+        "a transformation is indicated (--transform applies it)"
+        if found.transformation_needed
+        else "no transformation is indicated"
+    )
     low = "below -5" if found.low is None else number(found.low, 3)
     high = "above 5" if found.high is None else number(found.high, 3)
     return f"Box-Cox power {number(found.power, 3)} ({percent(found.level)} interval {low} to {high}): {need}"
