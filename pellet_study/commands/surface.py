@@ -70,7 +70,7 @@ def _reduced(own, surface, found: Analysed):
     if own.drop is None and own.reduce is None and not own.select:
         return surface
     from pellet_study.doe import box_behnken, text
-    from pellet_study.doe.cautions import selection_cautions
+    from pellet_study.doe.cautions import selection_cautions, suspect_cautions
     from pellet_study.doe.linear_model import resolve_terms
     from pellet_study.doe.response_answers import reduced_answer
     from pellet_study.doe.response_text import selection_text
@@ -92,6 +92,7 @@ def _reduced(own, surface, found: Analysed):
             f"Reduced model, without {', '.join(dropped) or 'nothing'}{text.SELECTED if dropped else ''}\n\n"
             + text.surface_text(reduced)
         )
+        found.warnings += [f"of the reduced model, {caution}" for caution in suspect_cautions(reduced)]
     found.answer["reduced"] = reduced_answer(reduced, dropped, selection)
     return reduced
 

@@ -12,6 +12,35 @@ def p_in_words(p: float) -> str:
     return "p < 0.0001" if p < 1e-4 else f"p {p:.4f}"
 
 
+def suspect_cautions(analysis: Screening | Surface) -> list[str]:
+    """The runs that the others do not explain, to be checked before any advice that costs runs."""
+    found = analysis.model.suspects(analysis.alpha)
+    if not found:
+        return []
+    words = "; ".join(f"row {analysis.table.lines[place]}: R-student {value:.3g}" for place, value in found)
+    them = "it" if len(found) == 1 else "them"
+    sizes = [f"{abs(value):.3g}" for _, value in found]
+    alike = (
+        ""
+        if len(set(sizes)) == len(sizes)
+        else "; runs with R-student alike in size the model cannot tell apart, one alone may be wrong"
+    )
+    return [
+        f"{words}; check {them} before anything else: beyond what one of {len(analysis.model.response)} runs reaches by chance "
+        f"(Bonferroni, level {analysis.alpha:g}){alike}; compare with your notes for a slip of the pen or a run that went wrong, and "
+        f"correct {them}, repeat {them}, or leave the response empty"
+    ]
+
+
+def suspects_first(analysis: Screening | Surface, cautions: list[str]) -> list[str]:
+    """Cautions, each of them naming the suspect runs, which may be all their cause, before it advises anything else."""
+    rows = [str(analysis.table.lines[place]) for place, _ in analysis.model.suspects(analysis.alpha)]
+    if not rows:
+        return cautions
+    head = f"check row{'s' if len(rows) > 1 else ''} {', '.join(rows)} first: "
+    return [head + caution for caution in cautions]
+
+
 def screening_cautions(screening: Screening) -> list[str]:
     """What speaks against the straight line of a screening."""
     found = []
@@ -33,7 +62,7 @@ def screening_cautions(screening: Screening) -> list[str]:
             "these runs, some factors interact; fold the design over, or run a full factorial of the factors that act"
         )
     found += _worse_than_mean(screening, "the factors that act may not be among these, or they interact")
-    return found
+    return suspect_cautions(screening) + suspects_first(screening, found)
 
 
 def surface_cautions(surface: Surface) -> list[str]:
@@ -49,7 +78,7 @@ def surface_cautions(surface: Surface) -> list[str]:
         )
     found += _worse_than_mean(surface, "leave terms out (--reduce), or run more")
     found += _far_stationary(surface)
-    return found
+    return suspect_cautions(surface) + suspects_first(surface, found)
 
 
 def selection_cautions(selected: Surface) -> list[str]:
@@ -66,7 +95,7 @@ def selection_cautions(selected: Surface) -> list[str]:
             f"the lack of fit of the selected model is significant ({p_in_words(selected.lack_of_fit_p)}): --select left out "
             "what acts; use the full model (without --select) or --reduce, which leaves out by p values"
         )
-    return found
+    return suspects_first(selected, found)
 
 
 def _worse_than_mean(analysis: Screening | Surface, advice: str) -> list[str]:

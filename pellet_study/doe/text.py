@@ -3,7 +3,7 @@
 from pellet_study.doe.answers import plain
 from pellet_study.doe.blocks import offsets
 from pellet_study.doe.box_behnken import PREDICTED_R2_GAP, BoxCox, Surface
-from pellet_study.doe.cautions import screening_cautions, surface_cautions
+from pellet_study.doe.cautions import screening_cautions, surface_cautions, suspects_first
 from pellet_study.doe.lenth import Lenth
 from pellet_study.doe.linear_model import INTERCEPT, Interval
 from pellet_study.doe.optimum import TargetSet
@@ -314,11 +314,12 @@ def surface_warnings(surface: Surface) -> list[str]:
     if surface.r2_predicted is None and not surface.saturated:
         found.append("one run alone carries a term (leverage 1), so the predicted R2 is undefined")
     elif _falls_short(surface):
-        found.append(
+        short = (
             f"the predicted R2 ({surface.r2_predicted:.3f}) falls far below the adjusted one "
             f"({surface.r2_adjusted:.3f}): the model follows single runs; look at Cook's distances, reduce "
             "the model or run more"
         )
+        found += suspects_first(surface, [short])
     inflated = {name: value for name, value in surface.vif.items() if value > 5}
     if inflated:
         worst = max(inflated, key=inflated.get)

@@ -16,7 +16,7 @@ import pandas as pd
 import pytest
 
 from pellet_study.__main__ import main
-from pellet_study.doe import box_behnken, figures, labels, plackett_burman, steepest_climb
+from pellet_study.doe import box_behnken, figures, labels, linear_model, plackett_burman, steepest_climb
 from pellet_study.doe.design_table import read_design
 
 TABLES = Path(__file__).parent / "tables"
@@ -275,3 +275,55 @@ def test_a_font_that_has_the_letters_is_used(tmp_path):
         fontManager.ttflist[:] = before
         for cache in caches:
             cache.cache_clear()
+
+
+def with_a_typing_error(frame, place, factor=10.0):
+    response = frame.columns[-1]
+    frame.loc[place, response] *= factor
+    return frame
+
+
+def made_surface(seed=3):
+    """A quadratic surface about 50 with noise of 0.1 on Box and Behnken's design of three factors."""
+    coded = box_behnken.coded_matrix(3, 5)
+    a, b, c = coded.T
+    y = 50 + 4 * a - 3 * b + 2 * c + a * b - 2 * a**2 + 0.1 * np.random.default_rng(seed).normal(size=len(coded))
+    return pd.DataFrame(coded, columns=list("ABC")).assign(y=y.round(2))
+
+
+@pytest.mark.parametrize("option", [(), ("--reduce",), ("--select",)])
+def test_a_typing_error_in_a_surface_is_named_by_its_row(tmp_path, capsys, option):
+    with_a_typing_error(made_surface(), 4).to_csv(tmp_path / "t.csv", index=False)
+    found = run(tmp_path, "bbd", tmp_path / "t.csv", *option)
+    told = [line.split("warning: ")[1] for line in capsys.readouterr().err.splitlines() if "warning: " in line]
+    assert found["suspect_runs"][0]["row"] == 6  # line 1 is the header
+    antipode = [suspect["row"] for suspect in found["suspect_runs"][1:]]
+    assert antipode == [9]  # in this design the full model fits a run and its opposite in the same group alike
+    assert told[0].startswith("row 6: R-student") and "before anything else" in told[0]
+    costly = [word for word in told[1:] if "lack of fit" in word or "predicted R2" in word]
+    assert costly and all(word.startswith("check rows 6, 9 first") for word in costly)
+    if option == ("--reduce",):
+        assert any(word.startswith("of the reduced model, row 6") for word in told)
+
+
+def test_a_typing_error_in_a_screening_is_named_by_its_row(tmp_path, capsys):
+    coded = plackett_burman.coded_matrix(5, 12, 3)
+    y = 50 + coded @ [5, -3, 2, 0, 0] + 0.1 * np.random.default_rng(5).normal(size=len(coded))
+    frame = pd.DataFrame(coded, columns=list("ABCDE")).assign(y=y.round(2))
+    frame.to_csv(tmp_path / "right.csv", index=False)
+    assert run(tmp_path, "pb", tmp_path / "right.csv")["suspect_runs"] == []
+    capsys.readouterr()
+    with_a_typing_error(frame, 7, 0.1).to_csv(tmp_path / "wrong.csv", index=False)
+    assert [suspect["row"] for suspect in run(tmp_path, "pb", tmp_path / "wrong.csv")["suspect_runs"]] == [9]
+    assert "row 9: R-student" in capsys.readouterr().err
+
+
+def test_runs_without_an_error_are_suspected_no_more_often_than_the_level_says():
+    """500 tables of normal noise: one in twenty at most has a run beyond Bonferroni's bound (0.05 + 3 standard errors)."""
+    coded, noise = box_behnken.coded_matrix(3, 5), np.random.default_rng(11)
+    terms = linear_model.quadratic_terms(list("ABC"))
+    hits = [
+        bool(linear_model.fit(list("ABC"), terms, coded, 9 + noise.normal(size=len(coded))).suspects(0.05))
+        for _ in range(500)
+    ]
+    assert 0.01 < np.mean(hits) < 0.05 + 3 * np.sqrt(0.05 * 0.95 / 500)
