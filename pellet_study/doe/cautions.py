@@ -3,13 +3,34 @@
 import numpy as np
 
 from pellet_study.doe.box_behnken import Surface
+from pellet_study.doe.design_table import DesignTable
 from pellet_study.doe.plackett_burman import Screening
+from pellet_study.doe.published_designs import misplaced_level, recognise
 from pellet_study.doe.steepest_climb import Climb
 
 
 def p_in_words(p: float) -> str:
     """p to four decimals, or below what they show."""
     return "p < 0.0001" if p < 1e-4 else f"p {p:.4f}"
+
+
+def level_cautions(table: DesignTable) -> list[str]:
+    """The one cell whose level keeps the runs from being a known design; of runs that are alike, each of them."""
+    factors = [factor for factor in table.factors if not factor.levels] or table.factors
+    coded = table.coded[[factor.name for factor in factors]].to_numpy()
+    cells = misplaced_level(coded)
+    if not cells:
+        return []
+    run, column, level = cells[0]
+    factor, right = factors[column], coded.copy()
+    right[run, column] = level
+    rows = " or ".join(f"row {table.lines[run]}" for run, _, _ in cells)
+    there = ", ".join(dict.fromkeys(factor.word(coded[run, column]) for run, _, _ in cells))
+    expected = ", ".join(dict.fromkeys(factor.word(level) for *_, level in cells))
+    return [
+        f"column {factor.name!r}, {rows}: {there} where {expected} is expected: with that one cell so the table would be exactly "
+        f"a known design ({recognise(right)}); compare with your notes whether the level was typed wrong or the run made so"
+    ]
 
 
 def suspect_cautions(analysis: Screening | Surface) -> list[str]:
@@ -62,7 +83,7 @@ def screening_cautions(screening: Screening) -> list[str]:
             "these runs, some factors interact; fold the design over, or run a full factorial of the factors that act"
         )
     found += _worse_than_mean(screening, "the factors that act may not be among these, or they interact")
-    return suspect_cautions(screening) + suspects_first(screening, found)
+    return level_cautions(screening.table) + suspect_cautions(screening) + suspects_first(screening, found)
 
 
 def surface_cautions(surface: Surface) -> list[str]:
@@ -78,7 +99,7 @@ def surface_cautions(surface: Surface) -> list[str]:
         )
     found += _worse_than_mean(surface, "leave terms out (--reduce), or run more")
     found += _far_stationary(surface)
-    return suspect_cautions(surface) + suspects_first(surface, found)
+    return level_cautions(surface.table) + suspect_cautions(surface) + suspects_first(surface, found)
 
 
 def selection_cautions(selected: Surface) -> list[str]:
@@ -95,7 +116,7 @@ def selection_cautions(selected: Surface) -> list[str]:
             f"the lack of fit of the selected model is significant ({p_in_words(selected.lack_of_fit_p)}): --select left out "
             "what acts; use the full model (without --select) or --reduce, which leaves out by p values"
         )
-    return suspects_first(selected, found)
+    return found
 
 
 def _worse_than_mean(analysis: Screening | Surface, advice: str) -> list[str]:
