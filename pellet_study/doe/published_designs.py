@@ -159,7 +159,7 @@ def recognise(coded) -> str:
 
 
 def misplaced_level(coded) -> list[tuple[int, int, float]]:
-    """(run, factor, level) of the cells that, set to another level of the table, would make it exactly a known design.
+    """(run, factor, level) of the cells that, set to another level, would make the table exactly a known design.
 
     Empty where it is one, or no single cell does so. In every known design the levels of a factor add up to 0, so the
     sum of the column tells the level; a centre run is not taken for another that was lost.
@@ -170,14 +170,20 @@ def misplaced_level(coded) -> list[tuple[int, int, float]]:
     if len(uneven) != 1 or _exact(coded):
         return []
     column = int(uneven[0])
-    levels, found = np.unique(coded[:, column]), []
+    found = []
     for run in np.flatnonzero(np.abs(coded).max(axis=1) > 1e-6):
-        level = levels[np.argmin(np.abs(levels - (coded[run, column] - sums[column])))]
         changed = coded.copy()
-        changed[run, column] = level
-        if abs(level + sums[column] - coded[run, column]) < 1e-3 and _exact(changed):
-            found.append((int(run), column, float(level)))
+        changed[run, column] = _on_a_level(coded[run, column] - sums[column], coded)
+        if _exact(changed):
+            found.append((int(run), column, float(changed[run, column])))
     return found
+
+
+def _on_a_level(value: float, coded: np.ndarray) -> float:
+    """The level of the table, or its mirror image, that a value is but for rounding; else the value."""
+    levels = np.concatenate([coded.ravel(), -coded.ravel()])
+    nearest = float(levels[np.argmin(np.abs(levels - value))])
+    return nearest if abs(nearest - value) < 5e-3 else value
 
 
 def _exact(coded: np.ndarray) -> bool:

@@ -16,7 +16,7 @@ import pandas as pd
 import pytest
 
 from pellet_study.__main__ import main
-from pellet_study.doe import box_behnken, figures, labels, linear_model, plackett_burman, steepest_climb
+from pellet_study.doe import box_behnken, composite, figures, labels, linear_model, plackett_burman, steepest_climb
 from pellet_study.doe.design_table import read_design
 
 TABLES = Path(__file__).parent / "tables"
@@ -327,3 +327,37 @@ def test_runs_without_an_error_are_suspected_no_more_often_than_the_level_says()
         for _ in range(500)
     ]
     assert 0.01 < np.mean(hits) < 0.05 + 3 * np.sqrt(0.05 * 0.95 / 500)
+
+
+def composite_frame():
+    """Myers, Montgomery and Anderson-Cook's chemical process: time and temperature, a composite rotatable in two factors."""
+    coded = composite.composite_matrix(2, "rotatable", 5)[0]
+    y = 80 + coded[:, 0] - coded[:, 0] ** 2 - coded[:, 1] ** 2 + np.linspace(-0.1, 0.1, len(coded))
+    return pd.DataFrame({"Time": (85 + 5 * coded[:, 0]).round(2), "Temp": (175 + 5 * coded[:, 1]).round(2), "y": y})
+
+
+def test_a_slip_in_an_axial_level_is_named(tmp_path, capsys):
+    frame = composite_frame()
+    place = int(np.flatnonzero(frame["Time"] == 92.07)[0])
+    frame.loc[place, "Time"] = 97.02
+    frame.to_csv(tmp_path / "t.csv", index=False)
+    run(tmp_path, "bbd", tmp_path / "t.csv")
+    assert f"column 'Time', row {place + 2}: 97.02 where 92.07 is expected" in capsys.readouterr().err
+
+
+def test_a_slip_in_a_centre_run_is_named(tmp_path, capsys):
+    frame = composite_frame()
+    frame.loc[10, "Temp"] = 157.0  # row 12, a centre run
+    frame.to_csv(tmp_path / "t.csv", index=False)
+    run(tmp_path, "bbd", tmp_path / "t.csv", status=2)
+    told = capsys.readouterr().err
+    assert "column 'Temp', row 12" in told and "157 is a level of that run alone" in told and "'Temp=157" not in told
+
+
+def test_a_slip_in_a_centre_run_of_three_levels_is_named(tmp_path, capsys):
+    frame = made_surface().assign(A=lambda f: 175 + 5 * f["A"])
+    frame.loc[14, "A"] = 157.0
+    frame.to_csv(tmp_path / "t.csv", index=False)
+    run(tmp_path, "bbd", tmp_path / "t.csv", status=2)
+    told = capsys.readouterr().err
+    assert "column 'A', row 16" in told and "157 is a level of that run alone" in told and "'A=157" not in told
