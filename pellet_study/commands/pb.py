@@ -110,7 +110,7 @@ def run(arguments: argparse.Namespace) -> dict:
         answer["figures"] = [
             path for name, one in each.items() for path in _figures(told[name], one, figure_prefix(name, each))
         ]
-    done(kept(arguments), _next([one.screening for one in each.values()]))
+    done(kept(arguments), _after_the_path(first) or _next([one.screening for one in each.values()]))
     return answer
 
 
@@ -122,6 +122,8 @@ class Screened:
     climb: Any
     answer: dict
     words: str
+    runs: Any = None
+    turning: Any = None
 
 
 def _screened(own, table, ignore_runs) -> Screened:
@@ -135,7 +137,7 @@ def _screened(own, table, ignore_runs) -> Screened:
     climb = _climb(own, screening)
     if climb:
         warnings += climb_cautions(climb, screening)
-    turning = _turning(own, table, warnings, ignore_runs)
+    turning, runs = _turning(own, screening, warnings, ignore_runs)
     words = [text.screening_text(screening)]
     if climb:
         words.append(text.climb_text(climb))
@@ -143,7 +145,7 @@ def _screened(own, table, ignore_runs) -> Screened:
     if turning:
         words.append(text.turning_text(turning))
         answer["turning"] = answers.turning_answer(turning)
-    return Screened(screening, climb, answer, "\n\n".join(words))
+    return Screened(screening, climb, answer, "\n\n".join(words), runs, turning)
 
 
 def _levels(arguments, factors) -> dict:
@@ -175,6 +177,16 @@ def _levels(arguments, factors) -> dict:
     done(kept(arguments))
     first = next(iter(each.values()))
     return {**first, "warnings": warnings, "responses": each} if len(each) > 1 else first
+
+
+def _after_the_path(one: Screened) -> str | None:
+    """The design of a surface around the point where the path turned; None where it has not, or moved one factor only."""
+    if one.turning is None or not one.turning.turned or len(one.turning.next_factors) < 2:
+        return None
+    words = " ".join(
+        shlex.quote(f"{f.name}={min(f.low, f.high):.10g},{max(f.low, f.high):.10g}") for f in one.turning.next_factors
+    )
+    return f"bbd --design {words}" + (" --face-centred" if len(one.turning.next_factors) == 2 else "")
 
 
 def _next(screenings) -> str | None:
@@ -239,18 +251,26 @@ def _meant(name: str, names: list[str]) -> str:
     return found
 
 
-def _turning(arguments, table, warnings: list[str], ignore: list[list[str]]):
-    """Where the runs made on the path turned, if any were given."""
+def _turning(arguments, screening, warnings: list[str], ignore: list[list[str]]):
+    """Where the runs made on the path turned, and these runs, if any were given."""
     if arguments.climb_runs is None:
-        return None
+        return None, None
     from pellet_study.doe import steepest_climb
     from pellet_study.doe.path_table import read_path
 
-    runs, notes = read_path(arguments.climb_runs, table, ignore[0], arguments.lowest)
+    runs, notes = read_path(arguments.climb_runs, screening.table, ignore[0], arguments.lowest)
     warnings += notes
-    units = {factor.name: factor.unit for factor in table.factors}
+    units = {factor.name: factor.unit for factor in screening.table.factors}
     ascend = not (arguments.descend or arguments.lowest)
-    return steepest_climb.turning(runs, arguments.target, ascend, units)
+    # a column of errors scatters otherwise than the response of the screening
+    scatter = None if arguments.lowest else steepest_climb.scatter_of(screening)
+    return steepest_climb.turning(runs, arguments.target, ascend, units, scatter), runs
+
+
+def _on_the_path(one: Screened):
+    """The runs to draw on a path: those that have a level of every factor it moves."""
+    known = one.runs is not None and {factor.name for factor in one.climb.factors} <= set(one.runs)
+    return one.runs if known else None
 
 
 def _figures(own, one: Screened, prefix: str) -> list[str]:
@@ -266,7 +286,7 @@ def _figures(own, one: Screened, prefix: str) -> list[str]:
         ),
     }
     if climb is not None:
-        drawn["climb"] = figures.climb_path(climb, own.unit, own.target, screening.table.names)
+        drawn["climb"] = figures.climb_path(climb, own.unit, own.target, screening.table.names, _on_the_path(one))
     with writing(own.figures):
         return [
             str(path) for path in figures.save({prefix + name: figure for name, figure in drawn.items()}, own.figures)

@@ -14,7 +14,7 @@ from pellet_study.doe.labels import LONG, drawable, folded
 from pellet_study.doe.lenth import Lenth
 from pellet_study.doe.optimum import TargetSet
 from pellet_study.doe.plackett_burman import Screening
-from pellet_study.doe.steepest_climb import Climb
+from pellet_study.doe.steepest_climb import Climb, places_on
 from pellet_study.output import style
 from pellet_study.output.style import new_axes, styled
 
@@ -285,8 +285,10 @@ def predicted_observed(surface: Surface, unit: str = ""):
 
 
 @styled
-def climb_path(climb: Climb, unit: str = "", target: float | None = None, names=None):
+def climb_path(climb: Climb, unit: str = "", target: float | None = None, names=None, runs=None):
     """Predicted response along a path with its prediction interval; `names` are those of all factors of the table.
+
+    `runs` are those made on the path (levels, then the response); each is drawn at its place between the points.
 
     The levels stand below each point; long names once, below them all, in the same order.
     """
@@ -301,6 +303,8 @@ def climb_path(climb: Climb, unit: str = "", target: float | None = None, names=
         axes.fill_between(
             steps, low, high, color=LIGHT, alpha=0.5, label=f"{100 * climb.level:.6g} % prediction interval of a run"
         )
+    if runs is not None:
+        axes.plot(1 + places_on(climb, runs), runs.iloc[:, -1], "s", color="black", label="measured")
     if target is not None:
         axes.axhline(target, color="black", linestyle="--", label=f"target {target:g}")
     lines = [

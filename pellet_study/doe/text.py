@@ -449,6 +449,12 @@ def turning_text(turning: Turning) -> str:
         position += f" (mean of {turning.replicates} runs)"
     if turning.at_start:
         return f"the path never improved on its first run ({place}): start the next design there, or look again"
+    if turning.within_scatter:
+        return (
+            f"the path may have turned at {position}: {place}; but what follows falls by {number(turning.fall, 3)} only, within "
+            f"the scatter of the runs (up to {number(turning.needed, 3)}): make one run further along the path, or repeat these, "
+            "before you centre the next design"
+        )
     if not turning.turned:
         return f"the path has not turned: its last run ({place}) is the best; go on along it"
     levels = "; ".join(f"{f.name} {f.low:g}, {f.centre:g}, {f.high:g}" for f in turning.next_factors)

@@ -72,6 +72,14 @@ def test_a_step_column_on_the_path(tmp_path, options):
     assert found["centre"] == {"Time": 85, "Temperature": 175} and found["turned"] and found["point"] == 10
 
 
+def test_the_command_after_the_runs_of_a_path_carries_the_levels(tmp_path, capsys):
+    """The best run of Montgomery's path is at 85 minutes and 175 F, a step is 5 minutes and 2 F; the command can be run."""
+    run(tmp_path, "pb", "yield_screening.csv", "--climb-runs", TABLES / "path_with_step_column.csv")
+    command = capsys.readouterr().out.split("next: pellet-study ")[1].splitlines()[0]
+    assert "Time=80,90" in command and "Temperature=173,177" in command and "LOW" not in command
+    assert main([*shlex.split(command), "--output", str(tmp_path / "design.csv")]) == 0
+
+
 def test_an_error_column_on_the_path(tmp_path, capsys):
     """A path with the yield and its distance from 71: the yield is best at the top, the error at run 8."""
     frame = pd.read_csv(TABLES / "path_with_step_column.csv").assign(error=lambda f: (f["Yield"] - 71).abs())
