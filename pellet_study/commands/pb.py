@@ -140,7 +140,8 @@ def _screened(own, table, ignore_runs) -> Screened:
     turning, runs = _turning(own, screening, warnings, ignore_runs)
     words = [text.screening_text(screening)]
     if climb:
-        words.append(text.climb_text(climb))
+        moved = {factor.name for factor in climb.factors}
+        words.append(text.climb_text(climb, [factor for factor in table.factors if factor.name not in moved]))
         answer["climb"] = answers.climb_answer(climb)
     if turning:
         words.append(text.turning_text(turning))

@@ -1,9 +1,12 @@
 """The analyses in words and tables; nothing is computed here."""
 
+from collections.abc import Sequence
+
 from pellet_study.doe.answers import plain
 from pellet_study.doe.blocks import offsets
 from pellet_study.doe.box_behnken import PREDICTED_R2_GAP, BoxCox, Surface
 from pellet_study.doe.cautions import screening_cautions, surface_cautions, suspects_first
+from pellet_study.doe.factors import Factor
 from pellet_study.doe.lenth import Lenth
 from pellet_study.doe.linear_model import INTERCEPT, Interval
 from pellet_study.doe.optimum import TargetSet
@@ -412,8 +415,8 @@ def _measurement_lines(found: TargetSet) -> list[str]:
 
 
 # ------------------------------------------------------------------------------------------ climb, validation
-def climb_text(climb: Climb) -> str:
-    """A path as a table."""
+def climb_text(climb: Climb, held: Sequence[Factor] = ()) -> str:
+    """A path as a table, and where the factors that it does not move are held."""
     names = list(climb.points.columns)
     rows = []
     for i, point in enumerate(climb.points.to_dict(orient="records")):
@@ -436,8 +439,19 @@ def climb_text(climb: Climb) -> str:
     way = "equal coded steps" if climb.equal_steps else "along the gradient"
     return (
         f"steepest climb, {way} ({climb.angle_to_gradient_deg:.1f} deg off the fitted gradient), with "
-        f"{percent(climb.level)} prediction intervals\n" + grid(header, rows) + stopped
+        f"{percent(climb.level)} prediction intervals\n" + grid(header, rows) + stopped + _held_text(held)
     )
+
+
+def _held_text(held: Sequence[Factor]) -> str:
+    """The levels of the factors that a path does not move, for which its predictions hold."""
+    if not held:
+        return ""
+    words = ", ".join(
+        f"{f.name} " + (" or ".join(f.levels) if f.levels else f"{f.centre:.5g}{f' {f.unit}' if f.unit else ''}")
+        for f in held
+    )
+    return f"\nall other factors are held in every run of the path, at the middle of their range: {words}"
 
 
 def turning_text(turning: Turning) -> str:

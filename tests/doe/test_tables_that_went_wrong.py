@@ -369,3 +369,12 @@ def test_a_slip_in_a_centre_run_of_three_levels_is_named(tmp_path, capsys):
     run(tmp_path, "bbd", tmp_path / "t.csv", status=2)
     told = capsys.readouterr().err
     assert "column 'A', row 16" in told and "157 is a level of that run alone" in told and "'A=157" not in told
+
+
+def test_a_path_says_where_the_factors_it_does_not_move_are_held(tmp_path, capsys):
+    coded = plackett_burman.coded_matrix(4, 12, 3)
+    frame = pd.DataFrame(coded * [10, 5, 2, 1] + [50, 20, 8, 3], columns=["T", "t", "ratio", "pH"])
+    y = coded @ [5, 3, 0, 0] + 0.1 * np.random.default_rng(2).normal(size=len(coded))
+    frame.assign(y=y).to_csv(tmp_path / "t.csv", index=False)
+    run(tmp_path, "pb", tmp_path / "t.csv", "--climb", "gradient", "--climb-factors", "T,t")
+    assert "at the middle of their range: ratio 8, pH 3" in capsys.readouterr().out
