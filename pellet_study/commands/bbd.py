@@ -101,6 +101,7 @@ def run(arguments: argparse.Namespace) -> dict:
     if arguments.design:
         return _design(arguments)
     from pellet_study.doe.factors import parse_factors
+    from pellet_study.doe.labels import degraded
 
     tables = read_tables(arguments, parse_factors(arguments.factor), 5)
     told = each_response(arguments, list(tables))
@@ -122,6 +123,8 @@ def run(arguments: argparse.Namespace) -> dict:
     answer["warnings"] = warnings
     warn(warnings)
     if arguments.figures:
+        surfaces = [one.response.surface for one in each.values()]
+        warn(degraded(surfaces[0].table.names, *(str(surface.table.response.name) for surface in surfaces)))
         answer["figures"] = [
             path for name, one in each.items() for path in _figures(told[name], one, figure_prefix(name, each))
         ]
@@ -232,10 +235,8 @@ def _readings(text: str) -> list[float]:
 
 def _figures(own, one, prefix: str) -> list[str]:
     from pellet_study.doe import figures
-    from pellet_study.doe.labels import degraded
 
     surface = one.response.surface
-    warn(degraded(surface.table.names, str(surface.table.response.name)))
     drawn = {
         "response_surface": figures.surface_contours(surface, one.target_set, own.unit),
         "predicted_observed": figures.predicted_observed(surface, own.unit),

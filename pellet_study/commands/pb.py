@@ -84,6 +84,7 @@ def run(arguments: argparse.Namespace) -> dict:
     if len(arguments.response) > 1 and (arguments.climb or arguments.climb_runs):
         raise InputError("a climb follows one response: name it alone with --response, and the others with --ignore")
     from pellet_study.doe.factors import parse_factors
+    from pellet_study.doe.labels import degraded
     from pellet_study.doe.path_table import ignored_in
 
     factors = parse_factors(arguments.factor)
@@ -107,6 +108,7 @@ def run(arguments: argparse.Namespace) -> dict:
     if len(each) > 1:
         answer = {**answer, "warnings": warnings, "responses": {name: one.answer for name, one in each.items()}}
     if arguments.figures:
+        warn(degraded(first.screening.table.names))
         answer["figures"] = [
             path for name, one in each.items() for path in _figures(told[name], one, figure_prefix(name, each))
         ]
@@ -276,10 +278,8 @@ def _on_the_path(one: Screened):
 
 def _figures(own, one: Screened, prefix: str) -> list[str]:
     from pellet_study.doe import figures
-    from pellet_study.doe.labels import degraded
 
     screening, climb = one.screening, one.climb
-    warn(degraded(screening.table.names))
     drawn = {
         "pareto": figures.pareto(screening, own.unit),
         "half_normal": figures.half_normal(

@@ -22,6 +22,8 @@ ON_EDGE = 1e-6
 """How far beyond its limits, in parts of its range over the box, a prediction at the edge of the set may lie."""
 LIMIT_REACHED = 1e-4
 """How near to its limit, in parts of its range over the box, a prediction counts as on it."""
+LEAST_PIECE = 0.01
+"""The least part of the set that counts as a piece of its own, if the recommended setting is not in it."""
 SHRINKS = 5e-4
 """The least share of the box by which a measurement is said to shrink the set."""
 
@@ -249,7 +251,8 @@ def _pieces(wanted: Wanted, points, inside, best) -> list[Piece]:
     """The pieces of the set that hold points of the sample; none where there is one."""
     pieces = Pieces(wanted)
     of_points, of_best = pieces.of(inside), pieces.of(best)[0]
-    numbers = [number for number in np.unique(of_points) if number]
+    least = LEAST_PIECE * len(inside)
+    numbers = [n for n in np.unique(of_points) if n and (n == of_best or np.sum(of_points == n) >= least)]
     if len(numbers) < 2:
         return []
     found = []

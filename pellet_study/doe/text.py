@@ -128,7 +128,7 @@ def screening_text(screening: Screening) -> str:
         f"found {100 * s.power:.0f} %",
     ]
     parts = [
-        _head(s, "Plackett-Burman"),
+        _head(s, "Full factorial" if design_of(s.table).startswith("full") else "Plackett-Burman"),
         grid(header, rows) + f"\n(last column: the smallest effect this design finds with probability {s.power:g})",
         anova_text(s.anova),
         _summary_line(s),

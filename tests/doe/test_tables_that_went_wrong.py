@@ -378,3 +378,16 @@ def test_a_path_says_where_the_factors_it_does_not_move_are_held(tmp_path, capsy
     frame.assign(y=y).to_csv(tmp_path / "t.csv", index=False)
     run(tmp_path, "pb", tmp_path / "t.csv", "--climb", "gradient", "--climb-factors", "T,t")
     assert "at the middle of their range: ratio 8, pH 3" in capsys.readouterr().out
+
+
+def test_a_full_factorial_is_not_called_a_plackett_burman_design(tmp_path, capsys):
+    run(tmp_path, "pb", "yield_screening.csv")  # 2^2 with five centre runs
+    assert "Full factorial: 9 runs, 2 factors" in capsys.readouterr().out
+
+
+def test_the_warning_of_a_missing_font_comes_once_for_all_responses(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(labels.fonts, "missing", lambda text: "\u6e29" in text)
+    frame = made_surface().rename(columns={"A": "\u6e29"})
+    frame.assign(z=frame["y"] ** 2).to_csv(tmp_path / "t.csv", index=False)
+    run(tmp_path, "bbd", tmp_path / "t.csv", "--response", "y", "z", "--figures", tmp_path / "f")
+    assert capsys.readouterr().err.count("no installed font") == 1
