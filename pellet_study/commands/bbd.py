@@ -77,6 +77,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--margin-file", metavar="FILE", type=Path, help="where (default: margin.json beside the table)"
     )
     validation.add_argument("--verify", metavar="Y1,Y2,...", help="responses of the validation runs")
+    validation.add_argument("--at", metavar="A=X,B=Y", help="where they were made (default: the recommended setting)")
     validation.add_argument(
         "--target-n", metavar="N", type=int, help="readings behind the target (default: taken as known)"
     )
@@ -115,10 +116,9 @@ def run(arguments: argparse.Namespace) -> dict:
     answer = dict(next(iter(each.values())).answer)
     if len(each) > 1:
         answer["responses"] = {name: {**one.answer, "warnings": one.warnings} for name, one in each.items()}
-    if joint:
-        _joint(told, each, answer, warnings, parts)
+    found = _joint(told, each, answer, warnings, parts) if joint else None
     first, own = next(iter(told.items()))
-    _validate(own, first, answer, parts)
+    _validate(own, each[first], found, answer, parts)
     say("\n\n".join(parts))
     answer["warnings"] = warnings
     warn(warnings)
@@ -147,11 +147,13 @@ def _check_goals(told: dict[str, argparse.Namespace]) -> None:
             f"--target-n {own.target_n} needs the standard deviation of a reading of the target: give it with "
             "--uncertainty, or leave --target-n out to take the target as known"
         )
-    if own.verify and own.target is None:
-        raise InputError("--verify needs the response to be met: give --target")
+    if own.verify and all(getattr(own, goal) is None for goal in ("target", "maximise", "minimise", "limits")):
+        raise InputError("--verify needs the response to be met: give --target, or --maximise, --minimise or --limits")
+    if own.at and not own.verify:
+        raise InputError("--at says where the runs of --verify were made: give their readings with --verify")
 
 
-def _joint(told: dict, each: dict, answer: dict, warnings: list[str], parts: list[str]) -> None:
+def _joint(told: dict, each: dict, answer: dict, warnings: list[str], parts: list[str]):
     """The settings that meet the goals of all responses that have one."""
     from pellet_study.doe import text
     from pellet_study.doe.joint_set import joint_set
@@ -164,6 +166,7 @@ def _joint(told: dict, each: dict, answer: dict, warnings: list[str], parts: lis
     if found.extrapolation:
         warnings.append(text.EXTRAPOLATION)
     answer["joint"] = joint_answer(found)
+    return found
 
 
 def _design(arguments) -> dict:
@@ -196,9 +199,10 @@ def _design(arguments) -> dict:
     return write_design(sheet, arguments.output, arguments.force, "bbd")
 
 
-def _validate(arguments, response: str, answer: dict, parts: list[str]) -> None:
+def _validate(arguments, one, joint, answer: dict, parts: list[str]) -> None:
     """Declare the margin of the only response, or test its validation runs against the one declared."""
     only = not (arguments.response and arguments.ignore)  # else a margin without a name may be an ignored response's
+    response = one.response.name
     path = arguments.margin_file or arguments.table.parent / "margin.json"
     from pellet_study.doe import answers, text, validation
 
@@ -215,7 +219,20 @@ def _validate(arguments, response: str, answer: dict, parts: list[str]) -> None:
         answer["margin"] = arguments.declare_margin
     if not arguments.verify:
         return
-    runs = validation.sample_of(_readings(arguments.verify))
+    readings = _readings(arguments.verify)
+    where = _setting_of_runs(arguments, one, joint)
+    parts.append("the runs to validate with count for " + ", ".join(f"{n} {v:.5g}" for n, v in where.items()))
+    answer["validated_at"] = where
+    if arguments.target is None:
+        from pellet_study.doe.response_text import within_limits_text
+
+        coded = [[float(f.coded(where[f.name])) for f in one.response.factors]]
+        goal, predicted = goal_of(arguments, one.response), one.response.interval(coded)
+        tested = validation.within_limits(readings, goal.accepted, predicted.prediction, arguments.alpha)
+        parts.append(within_limits_text(tested))
+        answer["validation"] = answers.plain({**vars(tested), "shown": tested.shown})
+        return
+    runs = validation.sample_of(readings)
     target = validation.Sample(one_number("target", arguments.target))
     if arguments.target_n is not None:
         sd = one_number("uncertainty", arguments.uncertainty)
@@ -224,6 +241,20 @@ def _validate(arguments, response: str, answer: dict, parts: list[str]) -> None:
     found = validation.equivalence(runs, target, margin, arguments.alpha)
     parts.append(text.equivalence_text(found))
     answer["validation"] = answers.equivalence_answer(found)
+
+
+def _setting_of_runs(arguments, one, joint) -> dict[str, float]:
+    """{factor: level} of the validation runs: as --at says, else the setting that was recommended."""
+    if not arguments.at:
+        return (joint if joint is not None else one.target_set).physical
+    from pellet_study.doe.factors import parse_levels
+    from pellet_study.tables.headers import found_in
+
+    names = one.response.surface.table.names
+    levels = {found_in(name, names) or name: level for name, level in parse_levels(arguments.at).items()}
+    if set(levels) != set(names):
+        raise InputError(f"--at {arguments.at}: expected one level of every factor ({', '.join(names)})")
+    return levels
 
 
 def _readings(text: str) -> list[float]:

@@ -141,6 +141,60 @@ def equivalence(runs: Sample, target: Sample, margin: float, alpha: float = 0.05
     )
 
 
+@dataclass(frozen=True)
+class WithinLimits:
+    """One-sided t tests of a mean against the limits of what is acceptable, at the level `alpha` each.
+
+    `p` is {"at least" or "at most": (limit, p value)}; `inside` how many of the single runs lie in the prediction
+    interval of the setting, `prediction`, None where the fit has none.
+    """
+
+    runs: Sample
+    alpha: float
+    p: dict[str, tuple[float, float]]
+    inside: int | None
+    prediction: tuple[float, float] | None
+
+    @property
+    def shown(self) -> bool:
+        """Whether the mean is shown to lie within all limits."""
+        return bool(self.p) and all(p < self.alpha for _, p in self.p.values())
+
+
+def within_limits(values, accepted: tuple[float, float], prediction=None, alpha: float = 0.05) -> WithinLimits:
+    r"""Tests of :math:`\mu > L` and :math:`\mu < U`: :math:`t = (\bar y - L)\sqrt n/s` on n - 1 degrees of freedom.
+
+    Parameters
+    ----------
+    values : array (n,)
+        Readings, two or more.
+    accepted : (float, float)
+        L and U in the response's unit, infinite where there is no limit.
+    prediction : (float, float), optional
+        The interval of one run that the fit predicts at their setting.
+    alpha : float
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two readings, or all are equal.
+    """
+    from scipy.special import stdtr
+
+    runs = sample_of(values)
+    if not runs.sd:
+        raise InputError("all runs are equal: there is nothing to test with; give readings of runs of their own")
+    error = runs.sd / np.sqrt(runs.n)
+    sides = (("at least", accepted[0], 1), ("at most", accepted[1], -1))
+    p = {
+        word: (float(end), float(stdtr(runs.n - 1, -sign * (runs.mean - end) / error)))
+        for word, end, sign in sides
+        if np.isfinite(end)
+    }
+    inside = None if prediction is None else int(sum(prediction[0] <= value <= prediction[1] for value in values))
+    return WithinLimits(runs, alpha, p, inside, prediction)
+
+
 def _welch(runs: Sample, target: Sample) -> tuple[float, float]:
     """Standard error of the difference and its degrees of freedom."""
     parts = [(sample.sd**2 / sample.n, sample.n - 1) for sample in (runs, target) if sample.sd is not None]

@@ -391,3 +391,17 @@ def test_the_warning_of_a_missing_font_comes_once_for_all_responses(tmp_path, ca
     frame.assign(z=frame["y"] ** 2).to_csv(tmp_path / "t.csv", index=False)
     run(tmp_path, "bbd", tmp_path / "t.csv", "--response", "y", "z", "--figures", tmp_path / "f")
     assert capsys.readouterr().err.count("no installed font") == 1
+
+
+def test_runs_of_a_maximised_response_are_validated_at_the_setting_they_count_for(tmp_path, capsys):
+    """y = 80 + x1 - x1^2 - x2^2: at (0.5, 0) it is 80.25, far above the limit of 79; 70 is no run of it."""
+    composite_frame().to_csv(tmp_path / "t.csv", index=False)
+    goal, runs = ("--maximise", "y=79,80.2"), ("--verify", "80.2,80.3,80.25")
+    found = run(tmp_path, "bbd", tmp_path / "t.csv", *goal, *runs)
+    assert found["validation"]["shown"] and found["validation"]["inside"] == 3
+    assert found["validated_at"] == found["joint"]["physical"]
+    assert "mean at least 79" in capsys.readouterr().out
+    found = run(tmp_path, "bbd", tmp_path / "t.csv", *goal, *runs, "--at", "Time=80,Temp=170")
+    assert found["validated_at"] == {"Time": 80, "Temp": 170} and found["validation"]["inside"] == 0
+    run(tmp_path, "bbd", tmp_path / "t.csv", *goal, *runs, "--at", "Time=80", status=2)
+    run(tmp_path, "bbd", tmp_path / "t.csv", *goal, "--at", "Time=80,Temp=170", status=2)
