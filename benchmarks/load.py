@@ -3,7 +3,8 @@
     .venv/bin/python benchmarks/load.py [--results benchmarks]
 
 Each size runs in a process of its own, so that its peak memory is its own; writes load.csv and load.png. The aims:
-100,000 stored results in under 5 s, diagnose with 10,000 rows and 20 candidates in under 10 s, memory below 1 GB.
+100,000 stored results in under 5 s, diagnose with 10,000 rows and 20 candidates in under 10 s, compare with 20,000 rows
+in under 3 s over 6 conditions and in under 30 s over as many, growing with an exponent of at most 1.1, memory below 1 GB.
 """
 
 import argparse
@@ -17,12 +18,21 @@ from pathlib import Path
 
 import numpy as np
 
-SIZES = {"collect": (1_000, 10_000, 100_000), "diagnose": (100, 1_000, 10_000), "read": (10_000, 100_000, 1_000_000)}
-AIMS = {"collect": (100_000, 5.0), "diagnose": (10_000, 10.0)}
+SIZES = {
+    "collect": (1_000, 10_000, 100_000),
+    "diagnose": (100, 1_000, 10_000),
+    "read": (10_000, 100_000, 1_000_000),
+    "compare": (5_000, 10_000, 20_000),
+    "distinct": (5_000, 10_000, 20_000),
+}
+AIMS = {"collect": (100_000, 5.0), "diagnose": (10_000, 10.0), "compare": (20_000, 3.0), "distinct": (20_000, 30.0)}
+GROWTH = 1.1  # largest exponent of the time of `compare` against its rows
 LABELS = {
     "collect": "stored results collected in a table",
     "diagnose": "rows in diagnose, 20 candidates",
     "read": "rows of measurements.csv read",
+    "compare": "rows in compare, 6 conditions",
+    "distinct": "rows in compare, all conditions distinct",
 }
 MEMORY_MB = 1000.0
 EFFECT = """EFFECT = {{
@@ -114,6 +124,40 @@ def read(size: int, folder: Path) -> np.ndarray:
     return seconds
 
 
+def compare(size: int, folder: Path, conditions: int = 6) -> np.ndarray:
+    """Seconds of `compare` with as many rows over some conditions, loading and writing included."""
+    from pellet_study.api import criticism
+    from pellet_study.study.load import load
+
+    rng = np.random.default_rng(1)
+    rows = ["rig,observable,value,layer_height_mm,sd"]
+    for k in range(size):
+        height = 8 + 52 * (k % conditions) / conditions
+        rows.append(f"layer_on_incline,slip_angle_deg,{26.5 + 0.5 * rng.standard_normal():.4f},{height:.6f},0.5")
+    (folder / "measurements.csv").write_text("\n".join(rows) + "\n")
+    (folder / "study.toml").write_text("[parameters]\ninternal_friction = { value = 0.5, min = 0.05, max = 2.0 }\n")
+    start = clocks()
+    found = criticism.compare(load(folder), write=True)
+    seconds = clocks() - start
+    assert len(found.rows) == size
+    return seconds
+
+
+def distinct(size: int, folder: Path) -> np.ndarray:
+    """The same over as many conditions as rows."""
+    return compare(size, folder, size)
+
+
+def growth(rows: list[dict]) -> dict[str, float]:
+    """Exponent of the processor's time against the size, from the second size on (the first has the imports in it)."""
+    found = {}
+    for what in ("compare", "distinct"):
+        mine = [row for row in rows if row["what"] == what][-2:]
+        ratios = [mine[1][name] / mine[0][name] for name in ("processor_seconds", "size")]
+        found[what] = float(np.log(ratios[0]) / np.log(ratios[1]))
+    return found
+
+
 def measured(what: str, size: int) -> dict:
     """One size, in a process of its own."""
     done = subprocess.run([sys.executable, __file__, "--one", what, str(size)], capture_output=True, text=True)
@@ -127,7 +171,13 @@ def measured(what: str, size: int) -> dict:
 def one(what: str, size: int) -> None:
     """What `measured` starts."""
     with tempfile.TemporaryDirectory() as folder:
-        wall, processor = {"collect": collect, "diagnose": diagnose, "read": read}[what](size, Path(folder))
+        wall, processor = {
+            "collect": collect,
+            "diagnose": diagnose,
+            "read": read,
+            "compare": compare,
+            "distinct": distinct,
+        }[what](size, Path(folder))
     print(f"{wall:.3f} {processor:.3f} {resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1e3:.1f}")
 
 
@@ -139,7 +189,7 @@ def draw(rows: list[dict], file: Path) -> None:
     import matplotlib.pyplot as plt
 
     figure, (left, right) = plt.subplots(1, 2, figsize=(9, 3.6), layout="constrained")
-    for mark, (what, label) in zip("os^", LABELS.items(), strict=True):
+    for mark, (what, label) in zip("os^Dv", LABELS.items(), strict=True):
         mine = [row for row in rows if row["what"] == what]
         sizes = [row["size"] for row in mine]
         (drawn,) = left.loglog(sizes, [row["seconds"] for row in mine], mark + "-", label=label)
@@ -174,9 +224,12 @@ def main() -> int:
         if row["what"] in AIMS and row["size"] == AIMS[row["what"]][0] and row["seconds"] > AIMS[row["what"]][1]
     ]
     large = [row for row in rows if row["peak_memory_mb"] > MEMORY_MB]
-    for row in [*slow, *large]:
-        print("aim missed:", row)
-    return int(bool(slow or large))
+    steep = {what: exponent for what, exponent in growth(rows).items() if exponent > GROWTH}
+    for what, exponent in growth(rows).items():
+        print(f"{LABELS[what]}: time grows with the power {exponent:.2f}")
+    for missed in [*slow, *large, *steep.items()]:
+        print("aim missed:", missed)
+    return int(bool(slow or large or steep))
 
 
 if __name__ == "__main__":

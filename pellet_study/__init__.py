@@ -11,6 +11,7 @@
 Names are loaded when they are first used.
 """
 
+from pellet_study import starting as starting  # isort: skip  # before anything that takes time
 from importlib import import_module
 from importlib.metadata import PackageNotFoundError, version
 from typing import TYPE_CHECKING, Any
@@ -22,11 +23,11 @@ except PackageNotFoundError:  # imported from a source tree that was never insta
 
 if TYPE_CHECKING:  # what is handed on; at run time `__getattr__` loads a name when it is first used
     from pellet_study import doe
-    from pellet_study.api.answers import Comparison, Diagnosis, Refinement
+    from pellet_study.api.answers import Check, Comparison, Diagnosis, Refinement
     from pellet_study.api.criticism import add, compare, diagnose, drop, next_measurement, refine
     from pellet_study.api.figures import draw
     from pellet_study.api.simulation import calibrate, simulate
-    from pellet_study.api.studies import load_study, study_of
+    from pellet_study.api.studies import check_study, load_study, study_of
     from pellet_study.errors import InputError, SimulationError, StudyError
     from pellet_study.model.model import Model
     from pellet_study.rigs.on_yade import case
@@ -34,6 +35,7 @@ if TYPE_CHECKING:  # what is handed on; at run time `__getattr__` loads a name w
     from pellet_study.study.study import Setting, Study
 
 __all__ = [
+    "Check",
     "Comparison",
     "Diagnosis",
     "InputError",
@@ -47,6 +49,7 @@ __all__ = [
     "add",
     "calibrate",
     "case",
+    "check_study",
     "compare",
     "diagnose",
     "doe",
@@ -60,11 +63,11 @@ __all__ = [
 ]
 
 _ROOMS = {
-    "api.answers": ("Comparison", "Diagnosis", "Refinement"),
+    "api.answers": ("Check", "Comparison", "Diagnosis", "Refinement"),
     "api.criticism": ("add", "compare", "diagnose", "drop", "next_measurement", "refine"),
     "api.figures": ("draw",),
     "api.simulation": ("calibrate", "simulate"),
-    "api.studies": ("load_study", "study_of"),
+    "api.studies": ("check_study", "load_study", "study_of"),
     "errors": ("InputError", "SimulationError", "StudyError"),
     "model.model": ("Model",),
     "rigs.on_yade": ("case",),

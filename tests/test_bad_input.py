@@ -1,5 +1,6 @@
 """Bad input: every case ends with status 2 and one paragraph that names place, what was given and what is accepted."""
 
+import json
 import os
 import resource
 import subprocess
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 
 from pellet_study.__main__ import main
 from pellet_study.errors import InputError
+from pellet_study.files import writing
 from pellet_study.rigs import catalogue
 from pellet_study.study.load import KEYS, load
 from pellet_study.study.measurements import read
@@ -73,6 +75,10 @@ MEASUREMENTS = {
     "infinity": (cells(row=ROW.replace("30", "inf")), ["line 2", "'inf'", "not finite"]),
     "minus infinity as condition": (cells(row=ROW.replace("20", "-inf")), ["line 2", "layer_height_mm", "not finite"]),
     "a number too large": (cells(row=ROW.replace("30", "1e999")), ["line 2", "'1e999'", "not finite"]),
+    "an sd of 1e-200": (cells(",sd", ROW + ",1e-200"), ["line 2", "sd 1e-200", "1e-60"]),
+    "an sd of 1e300": (cells(",sd", ROW + ",1e300"), ["line 2", "sd 1e+300", "1e+60"]),
+    "a height of 1e308": (cells(row=ROW.replace("20", "1e308")), ["line 2", "layer_height_mm 1e+308", "1e+60"]),
+    "an underscore in a number": (cells(row=ROW.replace("30", "3_0")), ["line 2", "value '3_0'", "expected a number"]),
     "a date": (cells(row=ROW.replace("30", "2024-05-01")), ["line 2", "'2024-05-01'", "expected a number"]),
     "a formula": (cells(row=ROW.replace("30", "=A1+1")), ["line 2", "'=A1+1'", "expected a number"]),
     "a condition of zero": (cells(row=ROW.replace("20", "0")), ["line 2", "layer_height_mm", "more than 0"]),
@@ -97,7 +103,14 @@ MEASUREMENTS = {
     "half a reading": (cells(",n", ROW + ",2.5"), ["line 2", "n '2.5'", "whole number"]),
     "an infinite n": (cells(",n", ROW + ",inf"), ["line 2", "n 'inf'", "not finite"]),
     "a negative setup_sd": (cells(",setup_sd", ROW + ",-1"), ["line 2", "setup_sd '-1'", "at least 0"]),
-    "an unknown split": (cells(",split", ROW + ",test"), ["line 2", "'test'", "fit, holdout"]),
+    "an unknown split": (cells(",split", ROW + ",test"), ["line 2", "'test'", "fit, holdout, leave_out"]),
+    "a row left out without a reason": (cells(",split", ROW + ",leave_out"), ["line 2", "leave_out", "`reason`"]),
+    "a reason for a row that is fitted": (
+        cells(",split,reason", ROW + ",,spilt"),
+        ["line 2", "reason 'spilt'", "leave_out or holdout"],
+    ),
+    "an order that is no number": (cells(",order", ROW + ",first"), ["line 2", "order 'first'", "expected a number"]),
+    "all rows left out": (cells(",split,reason", ROW + ",leave_out,spilt"), ["every row", "split `fit`"]),
     "a misspelt split": (cells(",split", ROW + ",holduot"), ["line 2", "'holdout'"]),
     "a quote that is not closed": (cells(",note", ROW + ',"my note'), ["line 2", "quote"]),
     "text after a quote": (cells(",note", ROW + ',"my" note'), ["line 2", "quote"]),
@@ -140,6 +153,7 @@ STUDY = {
     "text as parameter": ('[parameters]\ninternal_friction = "0.5"\n', ["internal_friction", "finite number", "0.5"]),
     "nan as parameter": ("[parameters]\ninternal_friction = nan\n", ["internal_friction", "finite number"]),
     "infinity as max": ("[parameters]\ninternal_friction = { min = 0, max = inf }\n", ["max", "finite number"]),
+    "a parameter of 1e-300": ("[parameters]\ninternal_friction = 1e-300\n", ["internal_friction", "1e-60"]),
     "true as parameter": ("[parameters]\ninternal_friction = true\n", ["internal_friction", "finite number"]),
     "a date as parameter": ("[parameters]\ninternal_friction = 2024-05-01\n", ["internal_friction", "finite number"]),
     "a whole number of 400 digits": (f"[parameters]\ninternal_friction = {'9' * 400}\n", ["internal_friction", "finite number"]),
@@ -163,6 +177,9 @@ STUDY = {
         "side_wall_friction = { wall_friction = { min = 0, max = 1 } }\nfinite_thickness = {}\n",
         ["free parameters", "3 different cases"],
     ),
+    "a key of 20000 parts": ("a." * 20000 + "a = 1\n", ["no valid TOML", "more than 8 parts"]),
+    "a heading of 20000 parts": ("[" + "a . " * 20000 + "a]\n", ["no valid TOML", "more than 8 parts"]),
+    "a quoted key of 20000 parts": ('"a".' * 20000 + "a = 1\n", ["no valid TOML", "more than 8 parts"]),
     "10000 brackets": ("title = " + "[" * 10000 + "]" * 10000 + "\n", ["no valid TOML"]),
     "two million letters": ('title = "' + "a" * 2_000_000 + '"\n', ["at most 1000000 bytes"]),
     "bytes that are no text": (b"\xff\xfe\x00", ["UTF-8"]),
@@ -200,7 +217,7 @@ def test_measurements_are_refused(tmp_path, capsys, case):
     refused(
         folder(tmp_path / "study", rows=rows),
         capsys,
-        words if case == "all rows held out" else ["measurements.csv", *words],
+        words if case.startswith("all rows") else ["measurements.csv", *words],
     )
 
 
@@ -566,3 +583,76 @@ def test_any_study_is_read_or_refused(tmp_path, whole):
         assert str(path) in str(error) and "\n" not in str(error)
     else:
         assert len(found.rows) == 3
+
+
+@pytest.mark.parametrize(
+    "words, expected",
+    [
+        (["bbd", "--design", "B=0,7,0,9", "C=0,25,0,45", "G=0,1,0,3"], ["B=0,7,0,9", "4 fields", "decimal points"]),
+        (["pb", "--design", "A=0,7,0", "B=1,2"], ["A=0,7,0", "decimal points"]),
+        (["pb", "--design", "A=1_0,20", "B=1,2"], ["A=1_0,20", "not understood"]),
+        (["pb", "--design", "A=1e-300,1", "B=1,2"], ["A=1e-300,1"]),
+        (["bbd", "{table}", "--factor", "A=0,90,0,82"], ["A=0,90,0,82", "4 fields", "decimal points"]),
+        (["bbd", "{table}", "--target", "5", "--verify", "41,1,41,5,40,9"], ["--verify", "41.1,41.5,40.9"]),
+        (["bbd", "{table}", "--target", "5", "--verify", "4_1,4_2"], ["--verify 4_1,4_2", "numbers"]),
+        (["bbd", "{huge}"], ["column 'y'", "row 2", "1e+60"]),
+        (["bbd", "{small}"], ["column 'y'", "row 2", "1e-60"]),
+    ],
+)
+def test_numbers_of_designs_are_refused(tmp_path, capsys, words, expected):
+    coded = [(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1)] + [(0, 0)]
+    tables = {name: tmp_path / f"{name}.csv" for name in ("table", "huge", "small")}
+    for file, power in zip(tables.values(), ("", "e200", "e-200"), strict=True):
+        rows = [f"{5 + a},{7 + b},{5 + a + 0.1 * b * k}{power}" for k, (a, b) in enumerate(coded)]
+        file.write_text("A,B,y\n" + "\n".join(rows) + "\n")
+    assert main([word.format(**tables) for word in words]) == 2
+    said = capsys.readouterr()
+    assert said.out == "" and "Traceback" not in said.err
+    for word in expected:
+        assert word in said.err
+
+
+@pytest.mark.parametrize("option", ["--target", "--uncertainty", "--alpha"])
+@pytest.mark.parametrize("word", ["1_0", "nan", "inf", "0,5", "1e300", "five"])
+def test_an_option_is_a_finite_number_with_a_point(tmp_path, capsys, option, word):
+    coded = [(a, b) for a in (-1, 0, 1) for b in (-1, 0, 1)] + [(0, 0)]
+    rows = [f"{5 + a},{7 + b},{5 + a + 0.1 * b * k}" for k, (a, b) in enumerate(coded)]
+    (tmp_path / "t.csv").write_text("A,B,y\n" + "\n".join(rows) + "\n")
+    target = [] if option == "--target" else ["--target", "5"]
+    try:
+        status = main(["bbd", str(tmp_path / "t.csv"), *target, f"{option}={word}"])
+    except SystemExit as ended:  # argparse's own
+        status = ended.code
+    said = capsys.readouterr().err
+    assert status == 2 and word in said and "expected" in said
+
+
+def test_levels_and_responses_keep_their_digits_whatever_their_unit(tmp_path, capsys):
+    """A Hamaker constant in J beside one in 1e-20 J: the same design, the same analysis."""
+    designs = []
+    for low, high in (("1e-20", "9e-20"), ("1", "9")):
+        assert main(["pb", "--design", f"H={low},{high}", "B=0.7,0.9", "G=0.1,0.3", "--runs", "8", "--seed", "1"]) == 0
+        designs.append([line.split(",") for line in capsys.readouterr().out.splitlines()[1:]])
+    assert {row[2] for row in designs[0]} == {"1e-20", "9e-20"} and {row[2] for row in designs[1]} == {"1.0", "9.0"}
+    answers = []
+    for unit, scale in (("1e-20", 1e-12), ("1", 1.0)):
+        rows = [f"{float(row[2]) * (1e-20 if unit != '1' else 1)},{row[3]},{row[4]}," for row in designs[1]]
+        noise = [0.3, -0.1, 0.2, 0.0, -0.4, 0.1, 0.25, -0.2]
+        rows = [
+            f"{row}{scale * (5 + 0.4 * float(given[2]) + e):.6g}"
+            for row, given, e in zip(rows, designs[1], noise, strict=True)
+        ]
+        (tmp_path / f"{unit}.csv").write_text("H,B,G,y\n" + "\n".join(rows) + "\n")
+        file = tmp_path / f"{unit}.json"
+        assert main(["pb", str(tmp_path / f"{unit}.csv"), "--json", str(file)]) == 0
+        answers.append(json.loads(file.read_text())["effects"])
+    capsys.readouterr()
+    assert answers[1]["H"] == pytest.approx(3.2, abs=0.5)
+    for name in "HBG":
+        assert answers[0][name] / 1e-12 == pytest.approx(answers[1][name], rel=1e-4)
+
+
+def test_an_answer_never_holds_a_number_that_is_none(tmp_path):
+    with pytest.raises(InputError, match=r"no finite number at rows\.1\.z"):
+        writing.json(tmp_path / "a.json", {"rows": [{"z": 1.0}, {"z": float("nan")}]})
+    assert not (tmp_path / "a.json").exists()

@@ -19,6 +19,7 @@ STEP = re.compile(
     re.DOTALL,
 )
 WALKS = (
+    "first_study",
     "designs",
     "design_tables",
     "calibrate_your_own_powder",

@@ -20,26 +20,28 @@ import pellet_study
 
 PACKAGE = Path(pellet_study.__file__).resolve().parent
 SCRIPTS = PACKAGE.parent / "yade_scripts"
-SIMULATION = "errors output tables rigs study simulation"
+SIMULATION = "errors files output tables rigs study simulation"
 ROOMS = {
+    "starting": "",
     "errors": "",
-    "output": "errors",
-    "tables": "errors",
-    "rigs": "errors output",
-    "study": "errors output tables rigs",
-    "simulation": "errors output rigs",
+    "files": "errors",
+    "output": "errors files",
+    "tables": "errors files",
+    "rigs": "errors files output",
+    "study": "errors files output tables rigs",
+    "simulation": "errors files output tables rigs",
     "model": SIMULATION,
     "criticism": f"{SIMULATION} model",
-    "doe": "errors output tables",
-    "paper": "errors output doe",
-    "heap": "errors output",
+    "doe": "errors files output tables",
+    "paper": "errors files output doe",
+    "heap": "errors files output",
     "bench": f"{SIMULATION} doe paper",
     "powder": f"{SIMULATION} doe paper heap bench",
     "report": f"{SIMULATION} model criticism doe paper heap bench powder",
     "challenge": f"{SIMULATION} model criticism",
     "api": f"{SIMULATION} model criticism doe powder",
     "commands": f"{SIMULATION} model criticism doe paper heap bench powder report challenge api",
-    "__main__": "errors study commands",
+    "__main__": "starting errors files output study commands",
 }
 ORDER = re.compile(r"(< )?[\w/]+(( <|,) [\w/]+)*,?")  # a line of an order: names parted by `<` or commas
 

@@ -75,6 +75,7 @@ class Contacts(NamedTuple):
     born: Callable | None = None
     layers: tuple[Layer, ...] = ()
     looks_every: int = 1  # steps between looks for what is born
+    tended: Callable | None = None  # called after each of these looks
 
     def enter(self) -> None:
         """Give the materials to YADE, after O.reset(): the particle's number is PARTICLE, the wall's WALL."""

@@ -6,22 +6,27 @@ k = E R the stiffness of the contact, F the JKR pull-off force and a the `adhesi
 
 | layer | force | carries |
 |---|---|---|
-| elastic | (k/a) x | friction a mu and rolling friction a mu_r on its own force |
-| attraction | -F | adhesion, as long as they touch |
-| damper | max(0, (1 - 1/a) k (x - x0) + c dx/dt) where x > x0 = a F/k | restitution |
+| elastic | (k/a) x; (k/a) x + F where the grains are attached | friction a mu and rolling friction a mu_r on its own force |
+| attraction | -F where they are attached | cohesion |
+| damper | max(0, (1 - 1/a) k x + c dx/dt), x > 0 | restitution |
 | particle | Hertz-Mindlin with the walls only | the particle-wall pair |
 
-Without a load (N = 0) the grains overlap by x0, the elastic layer carries F, and both limits are a mu F and a mu_r R F; under
-a load N it carries F + N/a, so that they are mu (N + a F) and mu_r R (N + a F). a = 2 is what Thornton & Yin 1991
-(doi:10.1016/0032-5910(91)80178-L) derive for JKR contacts. The damper acts in compression alone (N > 0): it neither adds to
-the pull-off force nor takes energy while the adhesion is overcome. Two grains that part lose the energy of adhesion
-a F^2/(2 k), so that an impact at the speed v ends at sqrt(e^2 (v^2 + w) - w), w = a F^2/(k m*), or sticks.
+Grains that are attached are held down to x = -a F/k, where the elastic layer is spent and F is the pull-off force. Under a load N
+the elastic layer carries F + N/a, so that the limits are mu (N + a F) and mu_r R (N + a F); a = 2 is what Thornton & Yin 1991
+(doi:10.1016/0032-5910(91)80178-L) derive for JKR contacts. The damper only pushes: it neither adds to the pull-off force nor
+takes energy while the adhesion is overcome. To attach or not to attach makes no difference to the force while they touch.
+
+To part takes the energy a F^2/(2 k), so that an impact at the speed v ends at sqrt(e^2 (v^2 + w) - w), w = a F^2/(k m*), and
+grains stick up to sqrt(w (1 - e^2))/e. In grains as soft as simulated ones k is a thousandth of the powder's, and they
+would stick at thirty times the speed. Softening must not do that (arXiv:1805.03025): grains that meet faster than the stiff
+ones stick are attached only once their contact has lasted longer than any impact (ENDURING).
 
 Nothing is damped outside contacts.
 """
 
+from collections import deque
 from functools import cache
-from math import atan, pi, sqrt
+from math import atan, hypot, pi, sqrt
 
 import numpy as np
 
@@ -36,12 +41,16 @@ from yade_scripts.contacts import (
 )
 
 ELASTIC, DAMPER, ATTRACTION = 2, 4, 8  # groups of bodies
+BEFORE = 2  # places that a grain's elastic sphere stands before that of its attraction
 ADHESION_LOAD = 2.0
 THIN = 1e-6  # density of the layers beside the particle's, as a share of it
 SOFT = 1e-3  # stiffness of the attraction, as a share of the contact's
+MARK = 1e-14  # Pa, cohesion by which a contact of the attraction is known before it has its own; none to speak of
 REFERENCE_STEP = 0.34  # times the contact's angular frequency: 0.09 of the Rayleigh step
 MARGIN = 0.8  # share of a restitution that the strongest damper of a step must reach
 PHASES = 16  # of the first step in a contact
+ENDURING = 2 * pi  # time after which a contact is no impact, times its angular frequency
+LOOKS_EVERY = 6  # steps between looks for new contacts, of which the shortest lasts ten
 
 
 def rebound(ratio: float, share: float, step: float) -> np.ndarray:
@@ -87,6 +96,25 @@ def damping_ratio(restitution: float, share: float, step: float) -> float:
     return sqrt(low * high)
 
 
+def remainders(ratio: float, share: float, step: float, steps: int) -> np.ndarray:
+    """sqrt(v^2 + (omega x)^2) over the speed of approach, 0, 1, ... steps after an impact's first, in leapfrog steps.
+
+    The mean over the phases of the first step.
+
+    Parameters
+    ----------
+    ratio, share, step : of the contact, as in `rebound`
+    steps : up to which
+    """
+    overlap, speed, found = (np.arange(PHASES) + 0.5) / PHASES * step, np.ones(PHASES), []
+    for _ in range(steps + 1):
+        touching = overlap
+        speed = speed - step * ((1 - share) * overlap + np.maximum(0.0, share * overlap + 2 * ratio * speed))
+        overlap = overlap + step * speed
+        found.append(np.mean(np.hypot(speed, touching)))
+    return np.array(found)
+
+
 @cache
 def longest_step(restitution: float, share: float) -> float:
     """Longest step, times the contact's angular frequency, at which a damper can do with a margin what is asked of it.
@@ -103,7 +131,7 @@ def longest_step(restitution: float, share: float) -> float:
 
 
 def step_share(restitution: float, adhesion_load: float = ADHESION_LOAD) -> float:
-    """Share of the step of REFERENCE_STEP that a restitution leaves: at a = 2 1 from 0.16 on, 0.93 at 0.15, 0.34 at 0.05."""
+    """Share of the step of REFERENCE_STEP that a restitution leaves: at a = 2 it is 1 from 0.17 on, 0.88 at 0.15, 0.33 at 0.05."""
     return min(1.0, longest_step(restitution, 1 - 1 / adhesion_load) / REFERENCE_STEP)
 
 
@@ -121,6 +149,7 @@ def cohesive_frictional(
     radius: float = 0.0,
     time_step: float = 0.0,
     adhesion_load: float = ADHESION_LOAD,
+    softness: float = 1.0,
 ) -> Contacts:
     """The layers of a grain, and the functors of all pairs; see the table above.
 
@@ -131,6 +160,7 @@ def cohesive_frictional(
     radius : of the particles, m (the mean, where sizes are spread)
     time_step : s, for which the damper is made
     adhesion_load : a > 1, load that adhesion adds to both limits, in pull-off forces
+    softness : modulus of the particle here over that of the powder, whose sticking speed is kept
     """
     if particle_particle is None:
         return hertz_mindlin(particle, wall, particle_wall, rolling_stiffness=rolling_stiffness)
@@ -148,11 +178,11 @@ def cohesive_frictional(
 
     pair, share = particle_particle, 1 - 1 / adhesion_load
     whole, half_mass = stiffness(radius, particle), 0.5 * particle.density * 4 / 3 * pi * radius**3
-    ratio = damping_ratio(pair.restitution, share, time_step * sqrt(whole / half_mass))
+    frequency = sqrt(whole / half_mass)
+    ratio = damping_ratio(pair.restitution, share, time_step * frequency)
     damper = 2 * ratio * sqrt(half_mass * whole)
     adhesive = pair.surface_energy > 0
     elastic = 1 / adhesion_load - (SOFT if adhesive else 0.0)  # share of the stiffness
-    inset = 0.5 * adhesion_load * pull_off_force(pair.surface_energy, radius / 2) / whole
     walls = hertz_mindlin(particle, wall, particle_wall, rolling_stiffness=rolling_stiffness)
     none = {"fragile": False, "isCohesive": False, "normalCohesion": 0.0, "shearCohesion": 0.0, "alphaKtw": 0.0}
     friction = CohFrictMat(
@@ -169,9 +199,9 @@ def cohesive_frictional(
     viscous = ViscElMat(
         density=THIN * particle.density, kn=2 * share * whole, cn=2 * damper, ks=0.0, cs=0.0, frictionAngle=0.0
     )
-    layers = [Layer(friction, ELASTIC), Layer(viscous, DAMPER, inset)]
+    layers = [Layer(friction, ELASTIC), Layer(viscous, DAMPER)]
     if adhesive:
-        sticky = none | {"fragile": True, "isCohesive": True, "normalCohesion": 1.0, "shearCohesion": 1.0}
+        sticky = none | {"fragile": True, "isCohesive": True, "normalCohesion": MARK, "shearCohesion": MARK}
         attraction = CohFrictMat(
             density=THIN * particle.density,
             young=SOFT * particle.young,
@@ -184,9 +214,12 @@ def cohesive_frictional(
         )
         layers.append(Layer(attraction, ATTRACTION))
 
-    def born(contact) -> None:
-        if getattr(contact.phys, "normalAdhesion", 0.0) > 0:
-            _attract(contact, pair.surface_energy)
+    attraction_of = None
+    if adhesive:
+        pull = pull_off_force(pair.surface_energy, radius / 2)
+        well = adhesion_load * pull**2 * softness / (whole * half_mass)
+        left = remainders(ratio, share, time_step * frequency, LOOKS_EVERY)
+        attraction_of = Attraction(pair.surface_energy, sticking_speed(pair.restitution, well), frequency, left)
 
     return Contacts(
         walls.particle,
@@ -203,24 +236,88 @@ def cohesive_frictional(
             Law2_ScGeom_ViscElPhys_Basic(),
         ],
         damping=0.0,
-        born=born if adhesive else None,
+        born=attraction_of and attraction_of.born,
+        tended=attraction_of and attraction_of.tend,
         layers=tuple(layers),
-        looks_every=2,
+        looks_every=LOOKS_EVERY,
     )
 
 
-def _attract(contact, surface_energy: float) -> None:
-    """Move the origin of a contact's soft spring so that it pulls with F, and make up for the steps since the touch."""
+def sticking_speed(restitution: float, well: float) -> float:
+    """Approach speed up to which two grains stick, sqrt(w (1 - e^2))/e, m/s.
+
+    Parameters
+    ----------
+    restitution : e
+    well : w = a F^2/(k m*), twice the energy of adhesion over the reduced mass, m2/s2
+    """
+    return sqrt(well * (1 - restitution**2)) / restitution
+
+
+class Attraction:
+    """Attaches grains that touch: at once where they meet slowly, else once their contact endures.
+
+    Parameters
+    ----------
+    surface_energy : J/m2
+    slow : speed up to which grains stick, m/s
+    frequency : angular frequency of a contact, 1/s
+    left : what is left of the speed of approach so many steps after the first, as in `remainders`
+    """
+
+    def __init__(self, surface_energy: float, slow: float, frequency: float, left: np.ndarray):
+        self.surface_energy, self.slow, self.frequency, self.left = surface_energy, slow, frequency, left
+        self._waiting: deque = deque()  # (when it is due, the step it was born in, contact), the first due first
+
+    def born(self, contact) -> None:
+        """Look at a contact that came into being since the last look."""
+        if not getattr(contact.phys, "normalAdhesion", 0.0) > 0:  # of another layer
+            return
+        from yade import O
+
+        if self._approach(contact) <= self.slow:
+            self._attach(contact)
+        else:
+            self._waiting.append((O.time + ENDURING / self.frequency, contact.iterMadeReal, contact))
+
+    def _approach(self, contact) -> float:
+        """Speed at which two grains came to touch, m/s, from what is left of it and their overlap."""
+        from yade import O
+
+        states = [_moving(number) for number in (contact.id1, contact.id2)]
+        now = sum(
+            sign * state.vel.dot(contact.geom.normal) for sign, state in zip((1, -1), states, strict=True) if state
+        )
+        since = min(O.iter - contact.iterMadeReal - 1, len(self.left) - 1)
+        return hypot(now, self.frequency * contact.geom.penetrationDepth) / self.left[since]
+
+    def tend(self) -> None:
+        """Look at the contacts that wait."""
+        from yade import O
+
+        while self._waiting and self._waiting[0][0] <= O.time:
+            _, step, contact = self._waiting.popleft()
+            here = all(O.bodies[number] for number in (contact.id1, contact.id2))  # not taken away meanwhile
+            if here and contact.isReal and contact.iterMadeReal == step:
+                self._attach(contact)
+
+    def _attach(self, contact) -> None:
+        """Move the origins of the attraction's soft spring and of the elastic one by opposite forces."""
+        from yade import O
+
+        geom, soft = contact.geom, contact.phys
+        elastic = O.interactions[contact.id1 - BEFORE, contact.id2 - BEFORE].phys
+        if elastic is None:  # parted at this very step
+            return
+        force = pull_off_force(self.surface_energy, geom.refR1 * geom.refR2 / (geom.refR1 + geom.refR2))
+        soft.unp = force / soft.kn
+        soft.normalAdhesion = force * (1 + soft.kn / elastic.kn)  # ends where the elastic layer does
+        elastic.unp = -force / elastic.kn
+
+
+def _moving(number: int):
+    """State of the grain that a sphere belongs to; None for one of a base."""
     from yade import O
 
-    phys, geom = contact.phys, contact.geom
-    force = pull_off_force(surface_energy, geom.refR1 * geom.refR2 / (geom.refR1 + geom.refR2))
-    phys.unp = force / phys.kn
-    phys.normalAdhesion = force * (1 + 1e-6)  # ends where the grains part
-    missed = force * O.dt * (O.iter - contact.iterMadeReal)
-    for number, sign in ((contact.id1, 1), (contact.id2, -1)):
-        body = O.bodies[number]
-        if body.isClumpMember:  # not of a base
-            state = O.bodies[body.clumpId].state
-            if not state.blockedDOFs:
-                state.vel += geom.normal * (sign * missed / state.mass)
+    body = O.bodies[number]
+    return O.bodies[body.clumpId].state if body.isClumpMember else None

@@ -78,6 +78,7 @@ class PowderScene:
     rolling_spring : stiffness of the rolling moment of Mindlin contacts below its limit, in I/dt^2
     damping : local damping of the law that has one
     adhesion_load : that adhesion adds to the limits of friction and rolling, in pull-off forces (yade_scripts/layered.py)
+    softness : modulus of `powder` over the real one's
     drag : drag coefficient of the grains
     draw : random numbers of this case
     """
@@ -96,6 +97,7 @@ class PowderScene:
         rolling_spring: float,
         damping: float,
         adhesion_load: float,
+        softness: float,
         drag: float,
         draw: np.random.Generator,
     ):
@@ -118,7 +120,12 @@ class PowderScene:
         if law == LOCAL_DAMPING:
             options |= {"radius": self.mean_radius, "damping": damping}
         if law == COHESIVE_FRICTIONAL:
-            options |= {"radius": self.mean_radius, "time_step": self.time_step, "adhesion_load": adhesion_load}
+            options |= {
+                "radius": self.mean_radius,
+                "time_step": self.time_step,
+                "adhesion_load": adhesion_load,
+                "softness": softness,
+            }
         self.contacts = laws.LAWS[law](powder, steel, wall_pair, pair, **options)
         self.contacts.enter()
         self._fill(draw)

@@ -217,6 +217,7 @@ def build(case: dict) -> tuple[PowderScene, float]:
         numerics["rolling_spring"],
         given["cohesive_frictional_damping"],
         given["adhesion_load"],
+        softer,
         effects.at("drag", 0.0),
         draw,
     )

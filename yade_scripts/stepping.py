@@ -18,7 +18,7 @@ def single(contacts) -> Callable[[], None]:
     if contacts.born is None:
         return O.step
     omega, interactions, step = O, O.interactions, O.step
-    born, every = contacts.born, contacts.looks_every
+    born, tended, every = contacts.born, contacts.tended, contacts.looks_every
     since = omega.iter
 
     def watched() -> None:
@@ -28,6 +28,8 @@ def single(contacts) -> Callable[[], None]:
         if now - since >= every:
             for contact in [contact for contact in interactions if contact.iterMadeReal >= since]:
                 born(contact)
+            if tended:
+                tended()
             since = now
 
     return watched

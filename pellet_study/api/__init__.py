@@ -1,4 +1,4 @@
 """What a program calls: studies, answers as objects, and the same steps as the commands, which call them too.
 
-answers, studies < criticism, simulation < figures
+answers < studies < criticism, simulation < figures
 """

@@ -20,12 +20,14 @@ class Answer:
     Attributes
     ----------
     json : the answer as the command's `--json` writes it
+    assumed : {condition or parameter: default} of what the answer rests on and no file of the study gives
     page : the page that the command prints; `print(answer)` shows it
     study : the study that was asked, in `Refinement` with the effects that were added
     unsaid : warnings that do not stand on the page
     """
 
     table = ""  # the key whose entries are the rows of `frame`
+    assumed: dict[str, float]
 
     def __init__(self, json: dict[str, Any], page: str, study: Study, unsaid: Sequence[str] = ()):
         self.json, self.page, self.study, self.unsaid = json, page, study, tuple(unsaid)
@@ -74,9 +76,12 @@ class Comparison(Answer):
     parameters, intervals : {name: value}, {name: [low, high]} (95 %), in the parameters' units
     chi2, dof, lack_of_fit_p : of the rows fitted; None where neither sd nor replicates tell the scatter
     rms_error, holdout_rms_error, rms_error_unit : unweighted, in the observable's unit, or in standard uncertainties
-    fits : does the model fit? None where the data cannot say
+    fits : does the model fit? None where the data cannot say; a doubtful fit is one
+    fit : {grade, by, p, rule}: fits, doubtful or does not fit, the test that decides, its p, and the rule
+    holdout_p, holdout_contradicts : of the rows held out together; True where they refute the model
     where : constants that would have to drift, the worst first
     rows : [{rig, observable, conditions, value, predicted, residual, z, split}]
+    curves : [{effects, panels}] of the model, and of the one without effects: what `draw(answer, "readings")` draws
     """
 
     table = "rows"
@@ -89,6 +94,9 @@ class Comparison(Answer):
     holdout_rms_error: float | None
     rms_error_unit: str
     fits: bool | None
+    fit: dict[str, Any]
+    holdout_p: float | None
+    holdout_contradicts: bool
     where: list[dict[str, Any]]
     rows: list[dict[str, Any]]
     warnings: list[str]
@@ -105,6 +113,11 @@ class Diagnosis(Answer):
     verdict : adequate, missing, tied or unexplained
     missing, tied : names of effects; a pair of effects in `tied` is a list
     ranking : [{effect, score, p, p_adjusted, chi2_drop, value, ...}], the best first
+    rivals : what each explanation named would do to the error, [{effects, chi2, rms_error, holdout_rms_error, ...}]
+    nearest_miss : where nothing explains: what comes nearest, and why it is refused
+    holdout_contradicts, fitted_too : whether the rows held out refute the model, and which of them, fitted too, would let an
+        effect be named
+    undone : the set-up scatter, up to one standard error of a mean, that would undo the verdict, or None
     next_measurement : {rig, observable, conditions, predictions, uncertainties} that would tell rivals apart, or None
     """
 
@@ -113,6 +126,11 @@ class Diagnosis(Answer):
     missing: list[str]
     tied: list[Any]
     ranking: list[dict[str, Any]]
+    rivals: list[dict[str, Any]]
+    nearest_miss: dict[str, Any] | None
+    holdout_contradicts: bool
+    fitted_too: dict[str, Any] | None
+    undone: dict[str, Any] | None
     next_measurement: dict[str, Any] | None
     warnings: list[str]
 
@@ -128,7 +146,7 @@ class Refinement(Answer):
     verdict : of the last step
     added, tied : names of effects
     steps : comparisons, `steps[0]` of the model as it came
-    next_measurement : as in `Diagnosis`
+    rivals, nearest_miss, holdout_contradicts, fitted_too, undone, next_measurement : of the last step, as in `Diagnosis`
     """
 
     table = "steps"
@@ -136,6 +154,11 @@ class Refinement(Answer):
     added: list[str]
     tied: list[Any]
     steps: list[dict[str, Any]]
+    rivals: list[dict[str, Any]]
+    nearest_miss: dict[str, Any] | None
+    holdout_contradicts: bool
+    fitted_too: dict[str, Any] | None
+    undone: dict[str, Any] | None
     next_measurement: dict[str, Any] | None
     warnings: list[str]
 
@@ -145,3 +168,22 @@ class Refinement(Answer):
 
     def _gist(self) -> str:
         return f"{self.verdict}, added {', '.join(self.added) or 'nothing'}"
+
+
+class Check(Answer):
+    """What was understood of a study, without a simulation.
+
+    Attributes
+    ----------
+    rigs : [{rig, engine, rows, observables, conditions}]
+    parameters : [{parameter, value, state, range}]; `state` is free, fixed or assumed
+    candidates : [{effect, shows, noticed_from, needs}] that the model lacks
+    advice : what would make the answers worth more
+    """
+
+    table = "candidates"
+    rigs: list[dict[str, Any]]
+    parameters: list[dict[str, Any]]
+    candidates: list[dict[str, Any]]
+    advice: list[str]
+    warnings: list[str]

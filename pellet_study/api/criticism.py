@@ -4,19 +4,23 @@ Nothing is written unless `write=True`, which leaves in the study's folder what 
 Rigs on YADE simulate; finished simulations are kept in the folder's `.store`, so such a study needs a folder.
 """
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from pellet_study.api.answers import Comparison, Diagnosis, Refinement
-from pellet_study.criticism import answers, text
+from pellet_study.criticism import answers, outlying, text
 from pellet_study.criticism.by_level import by_level
-from pellet_study.criticism.calibration import fit_study
+from pellet_study.criticism.calibration import CalibratedStudy, fit_study
 from pellet_study.criticism.compare import Comparison as Fitted
 from pellet_study.criticism.compare import compare as compare_rows
+from pellet_study.criticism.curves import curves_named, curves_of
+from pellet_study.criticism.diagnose import GATE
 from pellet_study.criticism.diagnose import diagnose as rank
 from pellet_study.criticism.refine import refine as refine_study
+from pellet_study.criticism.robustness import examined
 from pellet_study.errors import InputError
-from pellet_study.output.words import nearest
+from pellet_study.output.words import nearest, number
 from pellet_study.study import history
 from pellet_study.study.edit import erase_effect, write_effect
 from pellet_study.study.study import Setting, Study, check
@@ -43,7 +47,12 @@ def compare(study: Study, *, write: bool = False) -> Comparison:
     """
     state = fit_study(study)
     found = compare_rows(study, state, level_out=True)
-    answer = answers.comparison(found)
+    found = replace(found, warnings=(*found.warnings, *outlying.told(study, _compared)))
+    answer = {
+        **answers.comparison(found),
+        "assumed": study.assumed,
+        "curves": [*_curves_without_effects(study, state), curves_of(state, found)],
+    }
     interpolation = answers.check_surface(answer, state)
     page = text.comparison_page(study, found)
     if write:
@@ -70,8 +79,14 @@ def diagnose(study: Study, *, write: bool = False) -> Diagnosis:
     adequate []
     """
     state = fit_study(study)
-    found = rank(study, state)
-    answer = {**answers.diagnosis(found), "by_level": by_level(state, found)}
+    found = examined(study, state, rank(study, state), GATE)
+    found = replace(found, warnings=(*found.warnings, *outlying.told(study, _diagnosed)))
+    answer = {
+        **answers.diagnosis(found),
+        "by_level": by_level(state, found),
+        "assumed": study.assumed,
+        "curves": curves_named(state, found),
+    }
     page = text.diagnosis_page(study, found)
     if write:
         history.leave(folder_of(study), "diagnose", page, answer)
@@ -106,7 +121,9 @@ def add(study: Study, effect: str, *, write: bool = False) -> Comparison:
     SimulationError : as `compare`
     """
     if effect in study.effects:
-        raise InputError(f"{effect} is in [effects] already")
+        if not write or history.recorded(folder_of(study), list(study.effects)):
+            raise InputError(f"{effect} is in [effects] already")
+        study = study.without_effect(effect)  # an `add` that was stopped after study.toml is finished
     if effect not in study.acting():
         study.catalogue.effect(effect)
         raise InputError(
@@ -114,9 +131,9 @@ def add(study: Study, effect: str, *, write: bool = False) -> Comparison:
         )
     larger = study.with_effect(effect)
     check(larger)
-    before, after = compare_rows(study, level_out=True), compare_rows(larger, level_out=True)
+    before, after = _calibrated(study), _calibrated(larger)
     fitted = {
-        name: Setting(after.parameters[f"{effect}.{name}"], setting.low, setting.high)
+        name: Setting(after[1].parameters[f"{effect}.{name}"], setting.low, setting.high)
         for name, setting in larger.effects[effect].items()
     }
     if write:
@@ -139,9 +156,9 @@ def drop(study: Study, effect: str, *, write: bool = False) -> Comparison:
     """
     if effect not in study.effects:
         raise InputError(f"{effect} is not in [effects]{nearest(effect, study.effects)}")
-    before, smaller = compare_rows(study, level_out=True), study.without_effect(effect)
+    before, smaller = _calibrated(study), study.without_effect(effect)
     check(smaller)
-    after = compare_rows(smaller, level_out=True)
+    after = _calibrated(smaller)
     if write:
         erase_effect(folder_of(study) / "study.toml", effect)
     return _both(smaller, before, after, write)
@@ -166,9 +183,16 @@ def refine(study: Study, *, write: bool = False) -> Refinement:
     adequate ['cohesion']
     """
     found = refine_study(study)
-    answer = answers.refinement(found)
+    ended = found.diagnoses[-1]
+    ended = replace(ended, warnings=(*ended.warnings, *outlying.told(study, _refined)))
+    found = replace(found, diagnoses=(*found.diagnoses[:-1], ended))
+    answer = {**answers.refinement(found), "assumed": found.study.assumed}
     interpolation = answers.check_surface(answer, found.state)
     answer["diagnoses"][0]["by_level"] = by_level(found.first, found.diagnoses[0])
+    for told, compared in zip(answer["steps"], found.steps, strict=True):
+        told["curves"] = [curves_of(found.first, compared)]
+    for told, diagnosed in zip(answer["diagnoses"], found.diagnoses, strict=True):
+        told["curves"] = curves_named(found.first, diagnosed)
     page = text.refinement_page(study, found, answer["steps"])
     if write:
         folder = folder_of(study)
@@ -177,8 +201,35 @@ def refine(study: Study, *, write: bool = False) -> Refinement:
         history.record(folder, answer["steps"])
         history.leave(folder, "refine", page, answer)
         last = text.comparison_page(found.study, found.steps[-1])
-        history.leave(folder, "compare", last, answer["steps"][-1])
+        history.leave(folder, "compare", last, {**answer["steps"][-1], "assumed": found.study.assumed})
     return Refinement(answer, page, found.study, interpolation)
+
+
+def _compared(study: Study) -> str:
+    """What `compare` says of a study, in a few words."""
+    found = compare_rows(study)
+    chi2 = f"rms {number(found.rms_error, 3)}" if found.chi2 is None else f"chi2 = {found.chi2:.4g} on {found.dof}"
+    fit = {True: "the model fits", False: "the model fails", None: "how well it fits cannot be judged"}[found.judged]
+    return f"{chi2}, {fit}"
+
+
+def _diagnosed(study: Study) -> str:
+    """What `diagnose` says of a study, in a few words."""
+    return _verdict(answers.diagnosis(rank(study, fit_study(study))))
+
+
+def _refined(study: Study) -> str:
+    """What `refine` says of a study, in a few words."""
+    found = refine_study(study)
+    return _verdict(answers.diagnosis(found.diagnoses[-1])) + (
+        f", added {', '.join(found.added)}" if found.added else ""
+    )
+
+
+def _verdict(answer: dict[str, Any]) -> str:
+    names = answer["tied"] or answer.get("missing") or []
+    words = " or ".join(" + ".join(name) if isinstance(name, list | tuple) else str(name) for name in names)
+    return f"{answer['verdict']}{': ' + words if words else ''}"
 
 
 def folder_of(study: Study) -> Path:
@@ -193,11 +244,41 @@ def folder_of(study: Study) -> Path:
     return study.folder
 
 
-def _both(study: Study, before: Fitted, after: Fitted, write: bool) -> Comparison:
+def _calibrated(study: Study) -> tuple[CalibratedStudy, Fitted]:
+    """A study's fit, and its rows beside it."""
+    state = fit_study(study)
+    return state, compare_rows(study, state, level_out=True)
+
+
+def _curves_without_effects(study: Study, state: CalibratedStudy) -> list[dict]:
+    """The curves of the model without any effect.
+
+    Of rigs that simulate they are those that the history keeps of the same readings, as simulating anew would cost too much.
+    """
+    if not study.effects:
+        return []
+    if state.model.scatters:
+        told = history.read_history(study.folder) if study.folder else []
+        values = [row.value for row in study.rows]
+        same = [s for s in told if not s["effects"] and [r["value"] for r in s.get("rows", [])] == values]
+        return same[-1].get("curves", []) if same else []
+    owned = {name for effect in study.effects for name in study.catalogue.effect(effect).owns}
+    kept = {name: setting for name, setting in study.parameters.items() if name not in owned}
+    base = replace(study, effects={}, parameters=kept)
+    state = fit_study(base)
+    return [curves_of(state, compare_rows(base, state))]
+
+
+def _both(
+    study: Study, before: tuple[CalibratedStudy, Fitted], after: tuple[CalibratedStudy, Fitted], write: bool
+) -> Comparison:
     """The answer of `add` and `drop`: the new model, with the old one as `before`."""
-    steps = [answers.comparison(before), answers.comparison(after)]
-    page = text.fold([text.comparison_page(study, after), "", *text.ladder(steps)])
+    steps = [
+        {**answers.comparison(compared), "curves": [curves_of(state, compared)]} for state, compared in (before, after)
+    ]
+    page = text.fold([text.comparison_page(study, after[1]), "", *text.ladder(steps)])
+    answer = {**steps[1], "assumed": study.assumed}
     if write:
         history.record(folder_of(study), steps)
-        history.leave(folder_of(study), "compare", page, steps[1])
-    return Comparison({**steps[1], "before": steps[0]}, page, study)
+        history.leave(folder_of(study), "compare", page, answer)
+    return Comparison({**answer, "before": steps[0]}, page, study)

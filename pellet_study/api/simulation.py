@@ -95,7 +95,7 @@ def calibrate(
     chain = Chain(heaps, Results(plan, folder), after=report.write_summary)
     chain.run(STAGES[: STAGES.index(until) + 1])
     report.write(chain)
-    return report.answer(chain.results)
+    return {**report.answer(chain.results), "assumed": study.assumed}
 
 
 def _unsaid(line: str) -> None:

@@ -7,10 +7,13 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from pellet_study.api.answers import Check
 from pellet_study.errors import InputError
+from pellet_study.files import writing
 from pellet_study.rigs.catalogue import Catalogue
+from pellet_study.study.conditions import check_conditions
 from pellet_study.study.load import assembled, load
-from pellet_study.study.measurements import Measurement, read
+from pellet_study.study.measurements import Measurement, read, refuse_sizes
 from pellet_study.study.study import Setting, Study
 from pellet_study.study.user_code import catalogue_of
 
@@ -42,6 +45,22 @@ def load_study(folder: Path | str, library: Path | str | None = None) -> Study:
     return load(Path(folder), None if library is None else Path(library))
 
 
+def check_study(study: Study) -> Check:
+    """What was understood of a study and what its rows could show; nothing is simulated.
+
+    Examples
+    --------
+    >>> import pellet_study as ps
+    >>> found = ps.check_study(ps.load_study("results/wet_beads"))
+    >>> [candidate["effect"] for candidate in found.candidates]
+    ['stress_dependent_friction', 'cohesion', 'finite_thickness', 'side_wall_friction']
+    """
+    from pellet_study.criticism.understood import understood, understood_page
+
+    answer = understood(study)
+    return Check(answer, understood_page(answer), study)
+
+
 def study_of(
     measurements: pd.DataFrame,
     *,
@@ -60,7 +79,7 @@ def study_of(
     Parameters
     ----------
     measurements : the columns of measurements.csv: `rig`, `observable`, `value`, conditions with their unit in the name;
-        optional `sd`, `n`, `setup`, `setup_sd`, `split`, `order`, `resolution`, `note` and known parameters
+        optional `sd`, `n`, `setup`, `setup_sd`, `split`, `reason`, `order`, `note` and known parameters
     parameters : a number is fixed; (min, max) or (value, min, max) is free; what is not named keeps its default
     effects : {effect: {parameter: as above}}, physics present beyond the base
     candidates : effects that `diagnose` may consider; default: all that act in the rigs used
@@ -92,7 +111,7 @@ def study_of(
     given |= {} if contact_law is None else {"contact_law": contact_law}
     where = Path(folder) if folder is not None else None
     if where is not None:
-        where.mkdir(parents=True, exist_ok=True)
+        writing.folder(where)
     shared = None if library is None else Path(library)
     everything = catalogue_of(where, shared)
     study = assembled(given, _rows(measurements, everything), everything, "study_of", where, shared)
@@ -108,7 +127,10 @@ def _rows(measurements: pd.DataFrame, catalogue: Catalogue) -> tuple[Measurement
         file = Path(temporary) / "measurements"
         measurements.to_csv(file, index=False)
         try:
-            return read(file, catalogue)
+            rows = read(file, catalogue)
+            refuse_sizes(file, rows)
+            check_conditions(file, rows, catalogue)
+            return rows
         except InputError as error:
             raise InputError(str(error).replace(str(file), "measurements")) from None
 

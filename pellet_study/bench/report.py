@@ -16,6 +16,7 @@ from pellet_study.bench.stages import STAGES
 from pellet_study.bench.text import summary
 from pellet_study.doe.answers import plain
 from pellet_study.errors import InputError
+from pellet_study.files import opening, writing
 from pellet_study.output import style
 
 
@@ -46,29 +47,28 @@ def _stage(result: BenchResult) -> dict[str, Any]:
 def write_runs(runs: Sequence[pd.DataFrame], file: Path) -> None:
     """Every simulation of a call as one table, sorted by case id; written whole or not at all."""
     together = pd.concat(runs).drop_duplicates("id").sort_values("id")
-    temporary = file.with_suffix(".csv.new")
-    together.to_csv(temporary, index=False, lineterminator="\n")
-    temporary.replace(file)
+    writing.table(file, together)
 
 
 def write(results: Sequence[BenchResult], folder: Path, contact_law: str) -> str:
     """Write sweeps, calibration, figures and summary into the study; returns the summary."""
     table = []
     for stage in STAGES:  # what an earlier call with other measurements left
-        (folder / f"sweep_{stage.rig}.csv").unlink(missing_ok=True)
-        (folder / "figures" / f"{stage.rig}.png").unlink(missing_ok=True)
+        writing.remove(folder / f"sweep_{stage.rig}.csv")
+        for file in (folder / "figures").glob(f"{stage.rig}.*"):
+            writing.remove(file)
     for result in results:
         stage = result.stage
-        result.sweep.round(6).to_csv(folder / f"sweep_{stage.rig}.csv", index=False, lineterminator="\n")
+        writing.table(folder / f"sweep_{stage.rig}.csv", result.sweep.round(6))
         style.save(figures.sweep(result), folder / "figures" / f"{stage.rig}.png")
         record = _stage(result)
         low, high = record.pop("interval")
         coefficients = dict(zip(("c0", "c1", "c2"), record.pop("coefficients"), strict=True))
         record.pop("coefficient_intervals")
         table.append({**record, "interval_low": low, "interval_high": high, **coefficients})
-    pd.DataFrame(table).to_csv(folder / "calibration.csv", index=False, lineterminator="\n", float_format="%.6g")
+    writing.table(folder / "calibration.csv", pd.DataFrame(table), float_format="%.6g")
     text = summary(results, contact_law)
-    (folder / "summary.txt").write_text(text + "\n", encoding="utf-8")
+    writing.text(folder / "summary.txt", text + "\n")
     return text
 
 
@@ -82,10 +82,10 @@ def read(folder: Path) -> list[BenchResult]:
     file = folder / "calibration.csv"
     found = []
     try:
-        for record in pd.read_csv(file).to_dict(orient="records"):
+        for record in pd.read_csv(opening.stream(file)).to_dict(orient="records"):
             stage = next(s for s in STAGES if s.rig == record["rig"])
             file = folder / f"sweep_{stage.rig}.csv"
-            sweep = pd.read_csv(file)
+            sweep = pd.read_csv(opening.stream(file))
             check = None
             if np.isfinite(record["verification"]):
                 check = Mean(record["verification"], record["verification_standard_error"], 0, 0)

@@ -26,6 +26,7 @@ from pellet_study.challenge.counting import (
 )
 from pellet_study.challenge.kinds import CONFUSED, HELD_OUT, OUTSIDE, SINGLE, plan
 from pellet_study.challenge.resume import Show, read, resume, write
+from pellet_study.files import writing
 
 KNOWN = "sd by a known rule"
 
@@ -271,7 +272,7 @@ def write_tables(rows: list[dict], folder: Path, command: str) -> None:
         *(f"| {' | '.join(str(v) for v in row.values())} |" for row in effects),
         "",
     ]
-    (folder / "acceptance.md").write_text("\n".join(lines), encoding="utf-8")
+    writing.text(folder / "acceptance.md", "\n".join(lines))
 
 
 def as_json(rows: list[dict]) -> dict:

@@ -1,6 +1,7 @@
 """What a sealed trial on YADE is made of: conditions, free parameters, how often each is read, what is hidden."""
 
 import csv
+import io
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -8,6 +9,7 @@ from pathlib import Path
 
 import numpy as np
 
+from pellet_study.files import writing
 from pellet_study.rigs.catalogue import Catalogue, standard
 from pellet_study.rigs.declared import Condition
 from pellet_study.study.measurements import Measurement
@@ -107,7 +109,6 @@ class Demonstration:
 
     def write(self, folder: Path, measured: Sequence[Measurement]) -> None:
         """study.toml and measurements.csv of such a study."""
-        folder.mkdir(parents=True, exist_ok=True)
         lines = [f'title = "{self.title}"']
         if self.contact_law is not None:
             lines.append(f'contact_law = "{self.contact_law}"')
@@ -121,16 +122,17 @@ class Demonstration:
             f"{name} = {{ value = {value}, min = {low}, max = {high} }}"
             for name, (value, low, high) in self.ranges.items()
         ]
-        (folder / "study.toml").write_text("\n".join(lines) + "\n", encoding="utf-8")
+        writing.text(folder / "study.toml", "\n".join(lines) + "\n")
         names = list(dict.fromkeys(c for _, given in self.conditions for c in given))
-        with open(folder / "measurements.csv", "w", newline="", encoding="utf-8") as stream:
-            writer = csv.writer(stream, lineterminator="\n")
-            split = ["split"] if self.held_out else []
-            writer.writerow(["rig", "observable", "value", "sd", "n", *names, *self.known, *split])
-            for (_, given), row in zip(self.conditions, measured, strict=True):
-                values = [f"{row.value:.6g}", f"{row.sd:.6g}", row.n, *(given.get(name, "") for name in names)]
-                kept = [row.split] if split else []
-                writer.writerow([row.rig, row.observable, *values, *self.known.values(), *kept])
+        stream = io.StringIO()
+        writer = csv.writer(stream, lineterminator="\n")
+        split = ["split"] if self.held_out else []
+        writer.writerow(["rig", "observable", "value", "sd", "n", *names, *self.known, *split])
+        for (_, given), row in zip(self.conditions, measured, strict=True):
+            values = [f"{row.value:.6g}", f"{row.sd:.6g}", row.n, *(given.get(name, "") for name in names)]
+            kept = [row.split] if split else []
+            writer.writerow([row.rig, row.observable, *values, *self.known.values(), *kept])
+        writing.text(folder / "measurements.csv", stream.getvalue())
 
     def reading_sd(self, rig: str, mean: float) -> float:
         """Expected standard deviation of one reading."""

@@ -1,11 +1,14 @@
 """A table of trials that grows row by row: what is in it is not done again."""
 
 import csv
+import io
 import time
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
 
 import numpy as np
+
+from pellet_study.files import opening, writing
 
 Show = Callable[[int, int], None]  # told (done, of how many)
 
@@ -14,8 +17,8 @@ def read(file: Path) -> list[dict[str, str]]:
     """Rows of a trial table, those that were cut off left out; none where there is no table."""
     if not file.exists():
         return []
-    with file.open(newline="", encoding="utf-8") as stream:
-        return [row for row in csv.DictReader(stream) if None not in row and None not in row.values()]
+    table = csv.DictReader(io.StringIO(opening.text(file), newline=""))
+    return [row for row in table if None not in row and None not in row.values()]
 
 
 def resume(
@@ -36,7 +39,7 @@ def resume(
     show : told (done, of how many) after each job
     """
     until, count, new = time.monotonic() + seconds, 0, not file.exists()
-    with file.open("a", newline="", encoding="utf-8") as stream:
+    with writing.appending(file) as stream:
         writer = csv.DictWriter(stream, columns, lineterminator="\n")
         if new:
             writer.writeheader()
@@ -55,7 +58,8 @@ def resume(
 
 def write(file: Path, columns: Sequence[str], rows: Iterable[Mapping]) -> None:
     """A whole table."""
-    with file.open("w", newline="", encoding="utf-8") as stream:
-        writer = csv.DictWriter(stream, columns, lineterminator="\n")
-        writer.writeheader()
-        writer.writerows(rows)
+    stream = io.StringIO()
+    writer = csv.DictWriter(stream, columns, lineterminator="\n")
+    writer.writeheader()
+    writer.writerows(rows)
+    writing.text(file, stream.getvalue())

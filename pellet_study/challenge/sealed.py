@@ -6,7 +6,6 @@ A trial is a folder: `sealed.json` (the truth), `study.toml` and `measurements.c
 smaller time step; all take other seeds. Some hide an effect that no candidate describes.
 """
 
-import json
 import time
 import zlib
 from collections.abc import Mapping, Sequence
@@ -22,6 +21,7 @@ from pellet_study.criticism.calibration import fit_study
 from pellet_study.criticism.compare import Comparison, compare
 from pellet_study.criticism.refine import Refinement, refine
 from pellet_study.errors import SimulationError
+from pellet_study.files import opening, writing
 from pellet_study.model.model import Model
 from pellet_study.rigs.declared import Rig
 from pellet_study.rigs.on_yade import case
@@ -76,8 +76,7 @@ def seal(number: int, folder: Path, stored: Stored, effects: Sequence[str]) -> N
         "lambda": None if kind == "outside" else stored.strength(parameters, hidden) if hidden else 0.0,
     }
     place = folder / f"{number:02d}"
-    place.mkdir(parents=True, exist_ok=True)
-    (place / "sealed.json").write_text(json.dumps(truth, indent=1) + "\n", encoding="utf-8")
+    writing.json(place / "sealed.json", truth)
 
 
 def measure(of: Demonstration, numbers: Sequence[int], folder: Path, store: Path, workers: int | None = None) -> None:
@@ -112,7 +111,7 @@ def measure(of: Demonstration, numbers: Sequence[int], folder: Path, store: Path
 
 
 def _truth(folder: Path, number: int) -> dict:
-    return json.loads((folder / f"{number:02d}" / "sealed.json").read_text(encoding="utf-8"))
+    return opening.json_in(folder / f"{number:02d}" / "sealed.json")
 
 
 def _acting(of: Demonstration, rig: Rig, truth: Mapping) -> dict[str, dict[str, float]]:
@@ -189,9 +188,7 @@ def weigh(stored: Stored, numbers: Sequence[int], folder: Path, store: Path, wor
     for n in numbers:
         truth = _truth(folder, n)
         found = stored.strength(truth["parameters"], truth["effects"], factors[n])
-        (folder / f"{n:02d}" / "strength.json").write_text(
-            json.dumps({"lambda": round(found, 3)}) + "\n", encoding="utf-8"
-        )
+        writing.json(folder / f"{n:02d}" / "strength.json", {"lambda": round(found, 3)})
 
 
 def _to_weigh(stored: Stored, number: int, folder: Path) -> bool:
@@ -217,7 +214,7 @@ def answer(place: Path, stored: Stored) -> tuple[Refinement, Comparison]:
         "rms_error": [step.rms_error for step in (*found.steps, *([after] if found.tied else []))],
         "holdout_rms_error": [step.holdout_rms_error for step in (found.steps[0], after)],
     }
-    (place / "answer.json").write_text(json.dumps(text, indent=1) + "\n", encoding="utf-8")
+    writing.json(place / "answer.json", text)
     return found, after
 
 
@@ -229,7 +226,7 @@ def opened(stored: Stored, number: int, folder: Path, found: Refinement, after: 
     of, truth = stored.of, _truth(folder, number)
     measured = folder / f"{number:02d}" / "strength.json"
     if measured.exists():
-        lam = json.loads(measured.read_text(encoding="utf-8"))["lambda"]
+        lam = opening.json_in(measured)["lambda"]
     elif set(truth["effects"]) <= set(stored.study.catalogue.effects):
         lam = stored.strength(truth["parameters"], truth["effects"])
     else:

@@ -8,6 +8,7 @@ import numpy as np
 
 from pellet_study.challenge.aims import Figure, Row, coverage, quantity, share
 from pellet_study.challenge.counting import improved, inside, names, noticed, right, unexplained, wrong
+from pellet_study.files import writing
 
 held = partial(share, lenient=True)  # against an aim that its interval may still hold
 
@@ -114,7 +115,7 @@ def write_predictions(rows: Sequence[dict], folder: Path, command: str) -> list[
         "",
         *_table(against(rows, ("kind", "hidden", "lambda", "sign"))),
     ]
-    (folder / "predictions.md").write_text("\n".join(lines), encoding="utf-8")
+    writing.text(folder / "predictions.md", "\n".join(lines))
     return found
 
 
@@ -174,5 +175,5 @@ def write_sealed(rows: Sequence[dict], folder: Path, command: str, text: str = B
         "",
         *_table(trials),
     ]
-    (folder / "sealed.md").write_text("\n".join(lines), encoding="utf-8")
+    writing.text(folder / "sealed.md", "\n".join(lines))
     return found

@@ -3,13 +3,14 @@
 `run` prints the readable answer; `__main__` writes what it returns to the file that `--json` names.
 A command's file is imported only when that command is called, so each pays for its own libraries alone.
 
-    arguments, design_tables, responses < surface, wanted < add, angle, audit, bbd, bench, calibrate, challenge, compare, design,
-    diagnose, doctor, drop, history, init, pb, refine, report
+    numbers < arguments, responses < design_tables < surface, wanted < add, angle, audit, bbd, bench, calibrate, challenge, check,
+    compare, design, diagnose, doctor, drop, history, init, pb, refine, report
 """
 
 COMMANDS = {
     "doctor": "what is installed, which YADE, whether its contact laws pass their checks",
     "init": "make a study folder to start from",
+    "check": "what was understood of a study and what its rows could show, without a simulation",
     "bench": "calibrate the three seed bench tests: rebound, slope slip, inclined rolling",
     "calibrate": "the paper's powder calibration: screening, climb, surface, optimum, validation of the repose angle",
     "pb": "analyse a Plackett-Burman table, climb from it, or make one",

@@ -5,6 +5,7 @@ import math
 from pathlib import Path
 from typing import Any
 
+from pellet_study.commands.numbers import number
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say, warn, working
 
@@ -28,11 +29,11 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "photos", metavar="PHOTO", type=Path, nargs="+", help="pictures of one heap each, or CSVs of grains"
     )
     parser.add_argument(
-        "--horizon", metavar="DEG", type=float, help="the level in the pictures, positive where it rises to the right "
+        "--horizon", metavar="DEG", type=number, help="the level in the pictures, positive where it rises to the right "
         "(default: the plate's edge, else the heap's foot)",
     )  # fmt: skip
     parser.add_argument(
-        "--base-diameter", metavar="MM", type=float, help="of the disc about the axis on which the grains of CSVs lie "
+        "--base-diameter", metavar="MM", type=number, help="of the disc about the axis on which the grains of CSVs lie "
         "(default: an endless plate)",
     )  # fmt: skip
     parser.add_argument(

@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from pellet_study.commands.arguments import add_look, look_of
 from pellet_study.commands.design_tables import writing
 from pellet_study.output.terminal import done, say
 
@@ -35,6 +36,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help="also write audit.csv, the recomputed tables and (of the source paper) their figures there",
     )
+    add_look(parser)
 
 
 def run(arguments: argparse.Namespace) -> dict:
@@ -47,7 +49,7 @@ def run(arguments: argparse.Namespace) -> dict:
     say("\n" + ", ".join(f"{number} {verdict}" for verdict, number in counts(items).items()) + f"; {len(items)} items")
     answer = {**answer, "rows": plain([item.as_dict() for item in items]), "counts": counts(items)}
     if arguments.results:
-        with writing(arguments.results):
+        with writing(arguments.results), look_of(arguments):
             paths = write(arguments.results)
         answer["files"] = [str(path) for path in paths]
         done(f"{len(paths)} files in {arguments.results}")

@@ -3,6 +3,7 @@
 import argparse
 from pathlib import Path
 
+from pellet_study.commands.arguments import write_figures
 from pellet_study.commands.design_tables import (
     add_making_arguments,
     add_table_arguments,
@@ -13,6 +14,7 @@ from pellet_study.commands.design_tables import (
     write_design,
     writing,
 )
+from pellet_study.commands.numbers import number, whole
 from pellet_study.commands.responses import (
     add_response_argument,
     each_response,
@@ -27,6 +29,7 @@ from pellet_study.commands.surface import analysed
 from pellet_study.commands.wanted import HELP, add_goal_arguments, goal_of, wants_joint
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say
+from pellet_study.tables.numbers import number_given
 
 NOTES = """\
 TABLE.csv: factor columns in coded or physical units, the response in the last column; an empty response is a
@@ -58,7 +61,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     models.add_argument(
         "--reduce",
         metavar="P",
-        type=float,
+        type=number,
         nargs="?",
         const=0.1,
         help="leave out terms with p above P, hierarchy kept (0.1)",
@@ -72,14 +75,14 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     models.add_argument("--predict", metavar="A=X,B=Y", help="prediction at a setting in physical units")
     add_goal_arguments(parser)
     validation = parser.add_argument_group("validation")
-    validation.add_argument("--declare-margin", metavar="M", type=float, help="write the equivalence margin down")
+    validation.add_argument("--declare-margin", metavar="M", type=number, help="write the equivalence margin down")
     validation.add_argument(
         "--margin-file", metavar="FILE", type=Path, help="where (default: margin.json beside the table)"
     )
     validation.add_argument("--verify", metavar="Y1,Y2,...", help="responses of the validation runs")
     validation.add_argument("--at", metavar="A=X,B=Y", help="where they were made (default: the recommended setting)")
     validation.add_argument(
-        "--target-n", metavar="N", type=int, help="readings behind the target (default: taken as known)"
+        "--target-n", metavar="N", type=whole, help="readings behind the target (default: taken as known)"
     )
     making = add_making_arguments(parser, centre=5)
     making.add_argument(
@@ -128,6 +131,8 @@ def run(arguments: argparse.Namespace) -> dict:
         answer["figures"] = [
             path for name, one in each.items() for path in _figures(told[name], one, figure_prefix(name, each))
         ]
+        if found is not None and len(found.factors) > 1:
+            answer["figures"] += _regions(arguments, found, {name: own.unit for name, own in told.items()})
     after = "--target VALUE" if arguments.target is None else "--target ... --verify RUNS"
     done(kept(arguments), None if arguments.verify or joint else f"bbd {again(arguments)} {after}")
     return answer
@@ -196,7 +201,7 @@ def _design(arguments) -> dict:
     if blocks is None:
         blocks = blocking.surface_blocks(coded, matrix, arguments.blocks)
     sheet = run_sheet(coded, factors, blocks, arguments.seed, response_columns(arguments), matrix)
-    return write_design(sheet, arguments.output, arguments.force, "bbd")
+    return write_design(sheet, arguments.output, "bbd")
 
 
 def _validate(arguments, one, joint, answer: dict, parts: list[str]) -> None:
@@ -259,22 +264,44 @@ def _setting_of_runs(arguments, one, joint) -> dict[str, float]:
 
 def _readings(text: str) -> list[float]:
     try:
-        return [float(word) for word in text.split(",")]
+        values = [number_given(word) for word in text.split(",")]
     except ValueError:
         raise InputError(f"--verify {text}: expected numbers separated by commas, such as 41.1,41.5,40.9") from None
+    first, second = values[::2], values[1::2]
+    if "." not in text and len(first) == len(second) and max(map(abs, second)) < min(map(abs, first)) / 2:
+        raise InputError(
+            f"--verify {text}: is that {len(first)} readings with decimal commas, or {len(values)}? A comma separates, so write "
+            f"decimal points: {','.join(f'{a:g}.{b:g}' for a, b in zip(first, second, strict=True))}, or {values[0]:g}.0,{values[1]:g}.0,..."
+        )
+    return values
 
 
 def _figures(own, one, prefix: str) -> list[str]:
     from pellet_study.doe import figures
 
-    surface = one.response.surface
-    drawn = {
-        "response_surface": figures.surface_contours(surface, one.target_set, own.unit),
-        "predicted_observed": figures.predicted_observed(surface, own.unit),
-    }
-    if surface.saturated:
-        drawn["half_normal"] = figures.half_normal(surface.scaled_effects, surface.lenth, names=surface.table.names)
-    with writing(own.figures):
-        return [
-            str(path) for path in figures.save({prefix + name: figure for name, figure in drawn.items()}, own.figures)
-        ]
+    surface, found = one.response.surface, one.target_set
+    unit = own.unit if one.response.transformation is None else ""  # a transformed response has another
+    table = surface.table
+
+    def draw() -> dict:
+        drawn = {"predicted_observed": figures.predicted_observed(surface, unit)}
+        if len(table.names) > 1:
+            drawn |= {
+                "response_surface": figures.surface_contours(surface, found, unit),
+                "surface_3d": figures.surface_3d(surface, found, unit),
+                "interactions": figures.interactions(surface, found, unit),
+            }
+        drawn["perturbation"] = figures.perturbation(surface, found, unit)
+        if surface.model.mean_square_error:
+            drawn["residuals"] = figures.residual_plots(table, surface.model, surface.runs, unit, own.alpha)
+        if surface.saturated:
+            drawn["half_normal"] = figures.half_normal(surface.scaled_effects, surface.lenth, names=table.names)
+        return {prefix + name: figure for name, figure in drawn.items()}
+
+    return [str(path) for path in write_figures(own, draw)]
+
+
+def _regions(arguments, found, units: dict[str, str]) -> list[str]:
+    from pellet_study.doe import figures
+
+    return [str(path) for path in write_figures(arguments, lambda: {"overlay": figures.overlaid_regions(found, units)})]

@@ -2,7 +2,8 @@
 
 import argparse
 
-from pellet_study.commands.arguments import add_study, named, study_of
+from pellet_study.commands.arguments import add_look, add_study, look_of, named, say_assumed, study_of
+from pellet_study.commands.numbers import number
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say, warn
 
@@ -20,9 +21,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """Declare the arguments."""
     parser.epilog = EPILOG
     add_study(parser)
+    add_look(parser)
     parser.add_argument(
         "--effort",
-        type=float,
+        type=number,
         default=1.0,
         metavar="SHARE",
         help="share of the seeds to simulate, for a quick look (1)",
@@ -36,7 +38,8 @@ def run(arguments: argparse.Namespace) -> dict:
 
     if not 0 < arguments.effort <= 4:
         raise InputError(f"--effort {arguments.effort:g}: expected a share of the seeds above 0 and up to 4")
-    loaded = study_of(arguments)
+    with look_of(arguments):  # refused before anything is simulated
+        loaded = study_of(arguments)
     measured = readings(loaded.rows)
     seeds = Seeds(
         loaded.contact_law or "hertz_mindlin",
@@ -45,7 +48,9 @@ def run(arguments: argparse.Namespace) -> dict:
         effort=arguments.effort,
     )
     results = calibrate(seeds, measured)
-    say(report.write(results, arguments.study, seeds.contact_law))
+    assumed = say_assumed(loaded)
+    with look_of(arguments):
+        say(report.write(results, arguments.study, seeds.contact_law))
     report.write_runs(seeds.runs, arguments.study / "runs.csv")
     last = results[-1]
     if last.value is None:
@@ -56,4 +61,4 @@ def run(arguments: argparse.Namespace) -> dict:
             ]
         )
     done(f"{arguments.study / 'summary.txt'}, figures", f"report {named(arguments)}")
-    return report.answer(results)
+    return {**report.answer(results), **assumed}

@@ -7,8 +7,11 @@ from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from pellet_study.commands.arguments import add_study, study_of
+from pellet_study.commands.arguments import add_look, add_study, look_of, say_assumed, study_of
+from pellet_study.commands.numbers import whole
 from pellet_study.errors import InputError
+from pellet_study.files import writing
+from pellet_study.output.terminal import say
 
 if TYPE_CHECKING:
     from pellet_study.powder import Heaps, Plan
@@ -42,6 +45,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
     parser.epilog = EPILOG
     add_study(parser)
+    add_look(parser)
     parser.add_argument("--until", choices=STAGES, metavar="STAGE", help=f"last stage to do: {', '.join(STAGES)}")
     parser.add_argument("--only", choices=STAGES, metavar="STAGE", help="the one stage to do, again if it was done")
     parser.add_argument(
@@ -54,12 +58,12 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )
     parser.add_argument(
         "--repeats",
-        type=int,
+        type=whole,
         metavar="N",
         help="heaps at each point of the designs and of the climb (as before in the folder "
         "of the results, else 3; --quick 1)",
     )
-    parser.add_argument("--workers", type=int, metavar="N", help="YADE processes at once (one a core)")
+    parser.add_argument("--workers", type=whole, metavar="N", help="YADE processes at once (one a core)")
     parser.add_argument(
         "--few",
         action="store_true",
@@ -75,22 +79,29 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 
 def run(arguments: argparse.Namespace) -> dict:
     """Do the stages, write the results, print the summary."""
+    with look_of(arguments):
+        return _run(arguments)
+
+
+def _run(arguments: argparse.Namespace) -> dict:
     from pellet_study.powder import Chain, Results, few_heaps, plan_of, report
 
     folder = arguments.results or arguments.study
     _check(arguments, folder)
-    plan = plan_of(study_of(arguments), arguments.contact_law)
+    study = study_of(arguments)
+    plan = plan_of(study, arguments.contact_law)
     _make(folder)
+    assumed = say_assumed(study)
     heaps = _heaps(arguments, plan, folder)
     results = Results(plan, folder, arguments.quick)
     if arguments.few:
         setting = few_heaps.calibrate(heaps, results)
-        print(report.write_path(results, setting))
-        return report.path_answer(setting)
+        say(report.write_path(results, setting))
+        return {**report.path_answer(setting), **assumed}
     chain = Chain(heaps, results, after=report.write_summary)
     chain.run(_stages(arguments))
-    print(report.write(chain))
-    return report.answer(results)
+    say(report.write(chain))
+    return {**report.answer(results), **assumed}
 
 
 def _check(arguments: argparse.Namespace, folder: Path) -> None:
@@ -150,7 +161,7 @@ def _make(folder: Path) -> None:
     InputError : it cannot be, or cannot be written to
     """
     try:
-        folder.mkdir(parents=True, exist_ok=True)
+        writing.folder(folder)
     except OSError as error:
         raise InputError(f"--results {folder}: cannot be made ({error.strerror}); name a folder of your own") from None
     if not os.access(folder, os.W_OK | os.X_OK):

@@ -16,6 +16,8 @@ from pathlib import Path
 from pellet_study.challenge import acceptance, counting, resume
 from pellet_study.challenge.demonstration import Demonstration
 from pellet_study.challenge.resume import Show
+from pellet_study.commands.numbers import number, whole
+from pellet_study.files import writing
 from pellet_study.output.terminal import done, fold, say
 
 
@@ -27,15 +29,15 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--on", choices=("twins", "predictions", "yade", "heaps"), default="twins", help="default: twins"
     )
     parser.add_argument(
-        "--scale", type=float, default=0.02, help="share of the full campaign (default 0.02; 1 is full)"
+        "--scale", type=number, default=0.02, help="share of the full campaign (default 0.02; 1 is full)"
     )
-    parser.add_argument("--minutes", type=float, default=math.inf, help="stop after so long; the next call goes on")
-    parser.add_argument("--first", type=int, default=0, help="twins: number of the first trial (published: 0)")
+    parser.add_argument("--minutes", type=number, default=math.inf, help="stop after so long; the next call goes on")
+    parser.add_argument("--first", type=whole, default=0, help="twins: number of the first trial (published: 0)")
 
 
 def run(arguments: argparse.Namespace) -> dict:
     """Do what is missing, write the tables, print the figures beside their aims."""
-    arguments.study.mkdir(parents=True, exist_ok=True)
+    writing.folder(arguments.study)
     show: Show | None = None
     if sys.stderr.isatty():
         from tqdm import tqdm

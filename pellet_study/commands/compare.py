@@ -3,7 +3,9 @@
 import argparse
 
 from pellet_study.api import criticism
-from pellet_study.commands.arguments import add_study, named, study_of
+from pellet_study.api.figures import draw_all
+from pellet_study.commands.arguments import add_figures, add_study, check_look, named, study_of, write_figures
+from pellet_study.criticism import fit_facts
 from pellet_study.output.terminal import done, say, warn, working
 
 EXAMPLE = """\
@@ -18,21 +20,17 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The study."""
     parser.epilog = EXAMPLE
     add_study(parser)
-    parser.add_argument("--figures", action="store_true", help="also draw the figures")
+    add_figures(parser)
 
 
 def run(arguments: argparse.Namespace) -> dict:
     """Compare, print the page, leave it and the answer in the study."""
+    check_look(arguments)
     with working("comparing the model with the measurements"):
         answer = criticism.compare(study_of(arguments), write=True)
     say(answer.page)
     warn([*answer.warnings, *answer.unsaid], noted=answer.warnings)
-    if arguments.figures:
-        from pellet_study.criticism import figures
-        from pellet_study.output import style
-
-        style.save(figures.predictions(answer.rows), arguments.study / "figures" / "predictions.png")
-        style.save(figures.residuals([answer.json]), arguments.study / "figures" / "residuals.png")
-    after = "diagnose" if answer.fits is False else "report"
+    write_figures(arguments, lambda: draw_all(answer, arguments.width))
+    after = "diagnose" if fit_facts.doubted(answer.json) else "report"
     done(arguments.study / "compare.txt", f"{after} {named(arguments)}")
     return answer.json

@@ -5,6 +5,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from pellet_study.commands.design_tables import save_sheet, warn
+from pellet_study.commands.numbers import number, whole
 from pellet_study.commands.responses import others_of
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say
@@ -45,22 +46,26 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
             verb.add_argument(
                 "--output", metavar="FILE", type=Path, help="write the table with the runs to make (.csv, .xlsx)"
             )
-            verb.add_argument("--seed", metavar="N", type=int, help="of the random order (default: a new one)")
-            verb.add_argument("--force", action="store_true", help="overwrite a table that is there")
-    added["power"].add_argument("--sd", type=float, required=True, help="standard deviation of a run made again")
-    added["power"].add_argument("--effect", type=float, required=True, help="change from -1 to +1 that matters")
-    added["power"].add_argument("--alpha", type=float, default=0.05, help="level of the tests (0.05)")
-    added["power"].add_argument("--power", type=float, default=0.8, help="power wanted (0.8)")
+            verb.add_argument("--seed", metavar="N", type=whole, help="of the random order (default: a new one)")
+            verb.add_argument(
+                "--force", action="store_true", default=argparse.SUPPRESS, help="overwrite a table that is there"
+            )
+    added["power"].add_argument("--sd", type=number, required=True, help="standard deviation of a run made again")
+    added["power"].add_argument("--effect", type=number, required=True, help="change from -1 to +1 that matters")
+    added["power"].add_argument("--alpha", type=number, default=0.05, help="level of the tests (0.05)")
+    added["power"].add_argument("--power", type=number, default=0.8, help="power wanted (0.8)")
     added["fold"].add_argument("--on", metavar="A,B", help="reverse these factors only (default: all)")
     added["axial"].add_argument("--factors", metavar="A,B", help="factors of the surface (default: all)")
     added["axial"].add_argument(
         "--axial", metavar="rotatable|face|orthogonal|VALUE", default="rotatable", help="distance (rotatable)"
     )
-    added["axial"].add_argument("--centre", metavar="N", type=int, default=3, help="centre points beside them (3)")
+    added["axial"].add_argument("--centre", metavar="N", type=whole, default=3, help="centre points beside them (3)")
     added["axial"].add_argument(
         "--hold", metavar="D=LEVEL,E=LEVEL", help="physical levels of the other factors (their middle)"
     )
-    added["repair"].add_argument("--repeats", metavar="N", type=int, help="runs to repeat (default: as few as will do)")
+    added["repair"].add_argument(
+        "--repeats", metavar="N", type=whole, help="runs to repeat (default: as few as will do)"
+    )
 
 
 def _add_table(verb: argparse.ArgumentParser) -> None:
@@ -195,7 +200,7 @@ def _repair(arguments, table) -> dict:
     answer = {**plain(found), "rows": [table.lines[i] for i in found.repeated]}
     seed = new_seed() if arguments.seed is None else arguments.seed
     frame = runs_to_repeat(table, found.repeated, seed)
-    save_sheet(frame, arguments.output, arguments.force, seed, len(found.repeated), len(arguments.response) or 1)
+    save_sheet(frame, arguments.output, seed, len(found.repeated), len(arguments.response) or 1)
     if arguments.output:
         done(arguments.output)
     return answer
@@ -210,7 +215,7 @@ def _extend(arguments, table, added, command: str, others: Sequence[str] = (), s
 
     seed = new_seed() if arguments.seed is None else arguments.seed
     frame = extended(table, added, next_block(table), seed)
-    save_sheet(frame, arguments.output, arguments.force, seed, len(added), len(arguments.response) or 1)
+    save_sheet(frame, arguments.output, seed, len(added), len(arguments.response) or 1)
     if arguments.output:
         words = [word for name in others for word in ("--ignore", name)]
         for factor in table.factors:

@@ -6,8 +6,10 @@ import sys
 from contextlib import contextmanager
 from pathlib import Path
 
+from pellet_study.commands.arguments import add_look, check_look
+from pellet_study.commands.numbers import number, whole
 from pellet_study.errors import InputError
-from pellet_study.output.terminal import done
+from pellet_study.output.terminal import complain, done, say
 
 
 def add_table_arguments(parser: argparse.ArgumentParser) -> None:
@@ -22,9 +24,10 @@ def add_table_arguments(parser: argparse.ArgumentParser) -> None:
         "--block", metavar="NAME", action="append", default=[],
         help="a column that says in which block (day, batch) a run was made: fitted beside the factors",
     )  # fmt: skip
-    parser.add_argument("--alpha", type=float, default=0.05, help="significance level (0.05)")
+    parser.add_argument("--alpha", type=number, default=0.05, help="significance level (0.05)")
     parser.add_argument("--unit", metavar="[NAME=]UNIT", action="append", help="unit of the response, for the figures")
-    parser.add_argument("--figures", metavar="DIR", type=Path, help="write the figures there (PNG)")
+    parser.add_argument("--figures", metavar="DIR", type=Path, help="write the figures there")
+    add_look(parser)
 
 
 def kept(arguments: argparse.Namespace) -> str:
@@ -63,6 +66,7 @@ def check_arguments(arguments: argparse.Namespace) -> None:
         raise InputError(
             f"expected a table to analyse (TABLE.csv) or a design to make (--design), one of the two{after}"
         )
+    check_look(arguments)
     if not 0 < arguments.alpha < 1:
         raise InputError(f"--alpha {arguments.alpha:g}: expected a level between 0 and 1, such as 0.05")
 
@@ -70,7 +74,7 @@ def check_arguments(arguments: argparse.Namespace) -> None:
 def warn(messages: list[str]) -> None:
     """Warnings go to the error stream, below the answer."""
     for message in messages:
-        print(f"pellet-study: warning: {message}", file=sys.stderr)
+        complain(f"warning: {message}")
 
 
 @contextmanager
@@ -97,15 +101,14 @@ def add_making_arguments(parser: argparse.ArgumentParser, centre: int):
         "--design", metavar="A=LOW,HIGH[,UNIT]", nargs="+",
         help="make the run sheet of these factors" + ("" if centre else "; A=WORD,WORD is categorical"),
     )  # fmt: skip
-    making.add_argument("--centre", metavar="N", type=int, default=centre, help=f"centre points ({centre})")
-    making.add_argument("--blocks", metavar="N", type=int, default=1, help="blocks (days, batches) to run it in (1)")
-    making.add_argument("--seed", metavar="N", type=int, help="of the random order (default: a new one, printed)")
+    making.add_argument("--centre", metavar="N", type=whole, default=centre, help=f"centre points ({centre})")
+    making.add_argument("--blocks", metavar="N", type=whole, default=1, help="blocks (days, batches) to run it in (1)")
+    making.add_argument("--seed", metavar="N", type=whole, help="of the random order (default: a new one, printed)")
     making.add_argument("--output", metavar="FILE", type=Path, help="write it there, .csv or .xlsx (default: print it)")
-    making.add_argument("--force", action="store_true", help="overwrite a table that is there")
     return making
 
 
-def write_design(sheet, path: Path | None, force: bool, command: str) -> dict:
+def write_design(sheet, path: Path | None, command: str) -> dict:
     """Print a run sheet or write it as a table whose response is to be filled in.
 
     Raises
@@ -118,7 +121,7 @@ def write_design(sheet, path: Path | None, force: bool, command: str) -> dict:
     from pellet_study.doe.design_text import blocks_text
 
     to_fill = [name for name in sheet.frame.columns if (sheet.frame[name] == "").all()]
-    save_sheet(sheet.frame, path, force, sheet.seed, len(sheet.frame), len(to_fill))
+    save_sheet(sheet.frame, path, sheet.seed, len(sheet.frame), len(to_fill))
     words = blocks_text(sheet)
     if words:
         print(words, file=sys.stdout if path else sys.stderr)
@@ -140,7 +143,7 @@ def write_design(sheet, path: Path | None, force: bool, command: str) -> dict:
     }
 
 
-def save_sheet(frame, path: Path | None, force: bool, seed: int, n_new: int, n_responses: int = 1) -> None:
+def save_sheet(frame, path: Path | None, seed: int, n_new: int, n_responses: int = 1) -> None:
     """Write a table with runs to make, or print it as CSV; says how many and in which order, and what to fill in.
 
     Raises
@@ -152,16 +155,12 @@ def save_sheet(frame, path: Path | None, force: bool, seed: int, n_new: int, n_r
 
     if path is None:
         print(frame.to_csv(index=False), end="")
-        print(f"pellet-study: random order, seed {seed} (--seed {seed} gives it again)", file=sys.stderr)
+        complain(f"random order, seed {seed} (--seed {seed} gives it again)")
         return
-    if path.exists() and not force:
-        raise InputError(
-            f"{path} exists, and runs may have been filled in: give another name, or overwrite it with --force"
-        )
     with writing(path):
         write_sheet(frame, path)
     columns = "the last column" if n_responses == 1 else f"the last {n_responses} columns"
     runs = f"{len(frame)} runs" if n_new == len(frame) else f"{len(frame)} runs, {n_new} of them to make,"
-    print(
+    say(
         f"{runs} written to {path} in random order (seed {seed}): make them in the order of the column run, fill {columns} in"
     )

@@ -3,7 +3,9 @@
 import argparse
 
 from pellet_study.api import criticism
-from pellet_study.commands.arguments import add_study, named, study_of
+from pellet_study.api.figures import draw_all
+from pellet_study.commands.arguments import add_figures, add_study, check_look, named, study_of, write_figures
+from pellet_study.criticism import facts
 from pellet_study.output.terminal import done, say, warn, working
 
 EXAMPLE = """\
@@ -18,24 +20,18 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The study."""
     parser.epilog = EXAMPLE
     add_study(parser)
-    parser.add_argument("--figures", action="store_true", help="also draw the figures")
+    add_figures(parser)
 
 
 def run(arguments: argparse.Namespace) -> dict:
     """Diagnose, print the page, leave it and the answer in the study."""
+    check_look(arguments)
     with working("ranking the candidate effects"):
         answer = criticism.diagnose(study_of(arguments), write=True)
     say(answer.page)
     warn(answer.warnings, noted=answer.warnings)
-    if arguments.figures:
-        from pellet_study.criticism import figures
-        from pellet_study.output import style
-
-        folder = arguments.study / "figures"
-        if answer.ranking:
-            style.save(figures.ranking(answer.json), folder / "ranking.png")
-        if answer.by_level:
-            style.save(figures.constants(answer.by_level), folder / "constants.png")
+    write_figures(arguments, lambda: draw_all(answer, arguments.width))
     after = f"add {named(arguments)} {answer.missing[0]}" if answer.missing else f"report {named(arguments)}"
-    done(arguments.study / "diagnose.txt", after)
+    first = facts.fit_too(answer.json)
+    done(arguments.study / "diagnose.txt", f"diagnose {named(arguments)}" if first else after, first)
     return answer.json

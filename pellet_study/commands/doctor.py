@@ -10,6 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pellet_study.errors import StudyError
+from pellet_study.files import writing
 from pellet_study.output.terminal import done
 
 if TYPE_CHECKING:
@@ -92,4 +93,4 @@ def _full(folder: Path) -> None:
 
 
 def _write(table: pd.DataFrame, file: Path) -> None:
-    table.to_csv(file, index=False, lineterminator="\n", float_format="%.6g")
+    writing.table(file, table, float_format="%.6g")

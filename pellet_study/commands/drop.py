@@ -4,6 +4,7 @@ import argparse
 
 from pellet_study.api import criticism
 from pellet_study.commands.arguments import add_study, named, study_of
+from pellet_study.criticism import fit_facts
 from pellet_study.output.terminal import done, say, warn, working
 
 EXAMPLE = """\
@@ -27,6 +28,6 @@ def run(arguments: argparse.Namespace) -> dict:
         answer = criticism.drop(study_of(arguments), arguments.effect, write=True)
     say(answer.page)
     warn(answer.warnings, noted=answer.warnings)
-    after = "diagnose" if answer.fits is False else "report"
+    after = "diagnose" if fit_facts.doubted(answer.json) else "report"
     done(arguments.study / "compare.txt", f"{after} {named(arguments)}")
     return answer.json

@@ -1,8 +1,9 @@
 """pellet-study history STUDY: the error falling step by step, as table and figure."""
 
 import argparse
+from pathlib import Path
 
-from pellet_study.commands.arguments import add_study, named, study_of
+from pellet_study.commands.arguments import add_look, add_study, named, study_of, write_figures
 from pellet_study.criticism import text
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say
@@ -20,6 +21,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The study."""
     parser.epilog = EXAMPLE
     add_study(parser)
+    parser.add_argument(
+        "--figures", metavar="DIR", type=Path, default=Path(), help="where the ladder goes (STUDY/figures)"
+    )
+    add_look(parser)
 
 
 def run(arguments: argparse.Namespace) -> dict:
@@ -30,8 +35,7 @@ def run(arguments: argparse.Namespace) -> dict:
         raise InputError(f"{arguments.study}: nothing was done yet; run add, drop or refine first")
     say(text.fold([study.title, "", *text.ladder(steps)]))
     from pellet_study.criticism import figures
-    from pellet_study.output import style
 
-    file = style.save(figures.ladder(steps), arguments.study / "figures" / "ladder.png")
+    file = write_figures(arguments, lambda: {"ladder": figures.ladder(steps, effects=study.acting())})[0]
     done(file, f"report {named(arguments)}")
     return {"steps": steps}

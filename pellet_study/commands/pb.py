@@ -6,6 +6,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from pellet_study.commands.arguments import write_figures
 from pellet_study.commands.design_tables import (
     add_making_arguments,
     add_table_arguments,
@@ -13,8 +14,8 @@ from pellet_study.commands.design_tables import (
     kept,
     warn,
     write_design,
-    writing,
 )
+from pellet_study.commands.numbers import number, whole
 from pellet_study.commands.responses import (
     add_response_argument,
     each_response,
@@ -56,7 +57,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--climb", choices=("gradient", "equal"), help="path along the gradient, or by equal coded steps"
     )
     climb.add_argument("--climb-factors", metavar="A,B", help="factors to move (default: the significant ones)")
-    climb.add_argument("--climb-points", metavar="N", type=int, default=6, help="points of the path (6)")
+    climb.add_argument("--climb-points", metavar="N", type=whole, default=6, help="points of the path (6)")
     climb.add_argument("--climb-start", choices=("centre", "worst"), default="centre", help="start (centre)")
     climb.add_argument("--climb-step", metavar="A=STEP", help="physical step of one factor (default: up to the limit)")
     climb.add_argument(
@@ -69,9 +70,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     climb.add_argument("--descend", action="store_true", help="go down instead of up")
     climb.add_argument("--climb-runs", metavar="CSV", type=Path, help="runs made on the path, response last: read back")
     climb.add_argument("--lowest", action="store_true", help="the best run has the lowest response, as for errors")
-    climb.add_argument("--target", type=float, help="response wanted on the path (default: the highest)")
+    climb.add_argument("--target", type=number, help="response wanted on the path (default: the highest)")
     making = add_making_arguments(parser, centre=0)
-    making.add_argument("--runs", metavar="N", type=int, help="8, 12, 16, 20 or 24 (default: 12, 20 or 24)")
+    making.add_argument("--runs", metavar="N", type=whole, help="8, 12, 16, 20 or 24 (default: 12, 20 or 24)")
 
 
 def run(arguments: argparse.Namespace) -> dict:
@@ -108,7 +109,7 @@ def run(arguments: argparse.Namespace) -> dict:
     if len(each) > 1:
         answer = {**answer, "warnings": warnings, "responses": {name: one.answer for name, one in each.items()}}
     if arguments.figures:
-        warn(degraded(first.screening.table.names))
+        warn(degraded(first.screening.table.names, *(str(one.screening.table.response.name) for one in each.values())))
         answer["figures"] = [
             path for name, one in each.items() for path in _figures(told[name], one, figure_prefix(name, each))
         ]
@@ -118,7 +119,7 @@ def run(arguments: argparse.Namespace) -> dict:
 
 @dataclass
 class Screened:
-    """One response: its screening, its climb, its answer and the words of it."""
+    """One response: its screening, its climb, its answer and the words of it, the runs made on the path and where they turned."""
 
     screening: Any
     climb: Any
@@ -139,7 +140,7 @@ def _screened(own, table, ignore_runs) -> Screened:
     climb = _climb(own, screening)
     if climb:
         warnings += climb_cautions(climb, screening)
-    turning, runs = _turning(own, screening, warnings, ignore_runs)
+    runs, turning = _turning(own, screening, warnings, ignore_runs)
     words = [text.screening_text(screening)]
     if climb:
         moved = {factor.name for factor in climb.factors}
@@ -218,7 +219,7 @@ def _design(arguments) -> dict:
     blocks = blocking.screening_blocks(plain, arguments.blocks)
     matrix = np.column_stack([np.ones(len(coded)), coded])
     sheet = run_sheet(coded, factors, blocks, arguments.seed, response_columns(arguments), matrix)
-    return write_design(sheet, arguments.output, arguments.force, "pb")
+    return write_design(sheet, arguments.output, "pb")
 
 
 def _climb(arguments, screening):
@@ -255,7 +256,7 @@ def _meant(name: str, names: list[str]) -> str:
 
 
 def _turning(arguments, screening, warnings: list[str], ignore: list[list[str]]):
-    """Where the runs made on the path turned, and these runs, if any were given."""
+    """The runs made on the path and where they turned, if any were given."""
     if arguments.climb_runs is None:
         return None, None
     from pellet_study.doe import steepest_climb
@@ -267,28 +268,33 @@ def _turning(arguments, screening, warnings: list[str], ignore: list[list[str]])
     ascend = not (arguments.descend or arguments.lowest)
     # a column of errors scatters otherwise than the response of the screening
     scatter = None if arguments.lowest else steepest_climb.scatter_of(screening)
-    return steepest_climb.turning(runs, arguments.target, ascend, units, scatter), runs
-
-
-def _on_the_path(one: Screened):
-    """The runs to draw on a path: those that have a level of every factor it moves."""
-    known = one.runs is not None and {factor.name for factor in one.climb.factors} <= set(one.runs)
-    return one.runs if known else None
+    return runs, steepest_climb.turning(runs, arguments.target, ascend, units, scatter)
 
 
 def _figures(own, one: Screened, prefix: str) -> list[str]:
     from pellet_study.doe import figures
+    from pellet_study.doe.box_behnken import diagnostics
 
-    screening, climb = one.screening, one.climb
-    drawn = {
-        "pareto": figures.pareto(screening, own.unit),
-        "half_normal": figures.half_normal(
-            screening.effects, screening.lenth, own.unit, screening.noise_contrasts, screening.table.names
-        ),
-    }
-    if climb is not None:
-        drawn["climb"] = figures.climb_path(climb, own.unit, own.target, screening.table.names, _on_the_path(one))
-    with writing(own.figures):
-        return [
-            str(path) for path in figures.save({prefix + name: figure for name, figure in drawn.items()}, own.figures)
-        ]
+    screening, climb, runs, turning = one.screening, one.climb, one.runs, one.turning
+    table, unit = screening.table, own.unit
+
+    def draw() -> dict:
+        drawn = {
+            "pareto": figures.pareto(screening, unit),
+            "half_normal": figures.half_normal(
+                screening.effects, screening.lenth, unit, screening.noise_contrasts, table.names
+            ),
+        }
+        if len(table.names) > 1:
+            drawn["screening_interactions"] = figures.observed_interactions(screening, unit)
+        if screening.model.mean_square_error:
+            model = screening.model
+            drawn["screening_residuals"] = figures.residual_plots(table, model, diagnostics(model), unit, own.alpha)
+        if climb is not None:
+            on_it = runs if runs is not None and {f.name for f in climb.factors} <= set(runs.columns) else None
+            drawn["climb"] = figures.climb_path(climb, unit, own.target, table.names, on_it, turning)
+        if turning is not None:
+            drawn["path"] = figures.path_runs(runs, turning, table.factors, unit, own.target, table.names)
+        return {prefix + name: figure for name, figure in drawn.items()}
+
+    return [str(path) for path in write_figures(own, draw)]

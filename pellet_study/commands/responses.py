@@ -5,6 +5,7 @@ import argparse
 from pellet_study.errors import InputError
 from pellet_study.output.words import nearest
 from pellet_study.tables.headers import found_in
+from pellet_study.tables.numbers import number_given
 
 TOLD = ("target", "uncertainty", "maximise", "minimise", "limits", "weight", "importance", "transform", "unit")
 """Options given once for each response."""
@@ -112,7 +113,7 @@ def _parted(option: str, word: str, names: list[str]) -> tuple[str | None, str]:
 def number_or_none(text: str) -> float | None:
     """The number that a text is."""
     try:
-        return float(text)
+        return number_given(text)
     except ValueError:
         return None
 

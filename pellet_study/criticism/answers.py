@@ -1,14 +1,19 @@
 """The machine-readable form of each answer."""
 
-import math
+import statistics
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 
 from pellet_study.criticism.calibration import CalibratedStudy, surface_error
-from pellet_study.criticism.compare import Comparison
+from pellet_study.criticism.compare import HELD_OUT_FAILS, Comparison
 from pellet_study.criticism.diagnose import Diagnosis
-from pellet_study.criticism.facts import drift_words
+from pellet_study.criticism.facts import misfit
+from pellet_study.criticism.fit_facts import drift_words, row_words
+from pellet_study.criticism.grades import RULE
 from pellet_study.criticism.next_measurement import NextMeasurement
+from pellet_study.criticism.outcomes import Outcome
 from pellet_study.criticism.refine import Refinement
+from pellet_study.criticism.residuals import RowResidual
 
 SURFACE_FAILS = 0.005  # p of the direct simulations below which the surfaces are doubted; chance does so once in 200
 
@@ -29,25 +34,71 @@ def comparison(compared: Comparison) -> dict:
         "level_out_rms_error": compared.level_out_rms_error,
         "not_identified": list(compared.not_identified),
         "at_bound": list(compared.at_bound),
+        "ranges": {name: list(limits) for name, limits in compared.ranges.items()},
+        "range_shares": compared.range_shares,
         "fits": compared.judged,
+        "fit": grade(compared),
+        "rig_lack_of_fit_p": compared.rig_lack_of_fit_p,
         "holdout_p": compared.holdout_p,
+        "holdout_contradicts": compared.holdout_contradicts,
+        "holdout_limit_p": HELD_OUT_FAILS,
         "where": [{**asdict(d), "words": drift_words(d)} for d in compared.drifts],
         "needed_setup_percent": compared.needed_setup_percent,
-        "rows": [
+        "units": compared.units,
+        "rows": [row_of(r, compared.units) for r in compared.rows],
+        "left_out": [
             {
-                "rig": r.row.rig,
-                "observable": r.row.observable,
-                "conditions": dict(r.row.conditions),
-                "value": r.row.value,
-                "predicted": r.predicted,
-                "residual": r.residual,
-                "z": r.z,
-                "split": r.row.split,
+                "rig": row.rig,
+                "observable": row.observable,
+                "conditions": dict(row.conditions),
+                "value": row.value,
+                "reason": row.reason,
             }
-            for r in compared.rows
+            for row in compared.left_out
         ],
         "warnings": list(compared.warnings),
     }
+
+
+def grade(compared: Comparison) -> dict:
+    """How well a model fits in a graded word, the test that decides with its p, and the rule."""
+    judgement = compared.judgement
+    said = compared.judged is not None and judgement.by is not None
+    return {
+        "grade": judgement.grade if said else None,
+        "by": judgement.by.of if judgement.by and said else None,
+        "p": judgement.by.p if judgement.by and said else None,
+        "rule": RULE,
+    }
+
+
+def row_of(r: RowResidual, units: Mapping[str, str]) -> dict:
+    """A row beside its prediction, with every column of the file that the fit uses."""
+    row = r.row
+    return {
+        "rig": row.rig,
+        "observable": row.observable,
+        "conditions": dict(row.conditions),
+        "value": row.value,
+        "predicted": r.predicted,
+        "residual": r.residual,
+        "z": r.z,
+        "split": row.split,
+        "sd": row.sd,
+        "n": row.n,
+        "setup": row.setup,
+        "setup_sd": row.setup_sd,
+        "parameters": dict(row.parameters),
+        "uncertainty": r.uncertainty,
+        "units": {name: units[name] for name in (row.observable, *row.conditions) if name in units},
+    }
+
+
+def worst_of(rows: Sequence[RowResidual], units: Mapping[str, str]) -> dict:
+    """The row that is farthest off, and the same in words."""
+    told = [row_of(r, units) for r in rows]
+    worst = max(told, key=misfit)
+    return {**worst, "words": row_words(worst, told)}
 
 
 def check_surface(answer: dict, state: CalibratedStudy) -> list[str]:
@@ -63,13 +114,16 @@ def check_surface(answer: dict, state: CalibratedStudy) -> list[str]:
 
 
 def noise_floor(compared: Comparison) -> float | None:
-    """The rms error that the scatter of the readings alone gives, in the unit of `rms_error`; None where unknown."""
-    if any(r.z is None for r in compared.rows):
+    """What scatter alone leaves of a row, in the unit of `rms_error`: the median standard uncertainty; None where unknown.
+
+    The median, as the mean square is ruled by a single imprecise row.
+    """
+    if any(r.uncertainty is None for r in compared.rows):
         return None
     if len({r.row.observable for r in compared.rows}) > 1:
         return 1.0
-    squares = [(r.residual / r.z) ** 2 for r in compared.rows if r.z]
-    return math.sqrt(sum(squares) / len(squares)) if squares else None
+    known = [r.uncertainty for r in compared.rows if r.uncertainty]
+    return statistics.median(known) if known else None
 
 
 def tied(names: tuple[tuple[str, ...], ...]) -> list:
@@ -77,35 +131,105 @@ def tied(names: tuple[tuple[str, ...], ...]) -> list:
     return [n[0] if len(n) == 1 else list(n) for n in names]
 
 
-def proposal(proposed: NextMeasurement | None) -> dict | None:
-    """The next measurement."""
-    return None if proposed is None else asdict(proposed)
+def proposal(proposed: NextMeasurement | None, units: Mapping[str, str]) -> dict | None:
+    """The next measurement, with the units of its conditions and its observable."""
+    if proposed is None:
+        return None
+    names = (proposed.observable, *proposed.conditions)
+    return {**asdict(proposed), "units": {name: units[name] for name in names if name in units}}
+
+
+def outcome(found: Outcome) -> dict:
+    """What an explanation would do to the error: an entry of `rivals`."""
+    return {
+        "effects": list(found.effects),
+        "value": dict(found.values),
+        "chi2": found.chi2,
+        "dof": found.dof,
+        "lack_of_fit_p": found.lack_of_fit_p,
+        "rms_error": found.rms_error,
+        "holdout_rms_error": found.holdout_rms_error,
+        "holdout_p": found.holdout_p,
+        "holdout_contradicts": found.holdout_contradicts,
+    }
+
+
+def present(compared: Comparison) -> dict:
+    """The same of the model that is diagnosed."""
+    names = ("chi2", "dof", "lack_of_fit_p", "rms_error", "holdout_rms_error", "holdout_p", "holdout_contradicts")
+    return {name: getattr(compared, name) for name in names} | {"rms_error_unit": compared.rms_error_unit}
+
+
+def nearest_miss(diagnosed: Diagnosis) -> dict | None:
+    """What comes nearest to explaining the data where nothing does, why it is refused, and the row it leaves farthest off."""
+    if diagnosed.miss is None:
+        return None
+    return {
+        **outcome(diagnosed.miss),
+        "refused": diagnosed.miss.refused,
+        "worst_row": worst_of(diagnosed.miss.rows, diagnosed.comparison.units),
+    }
 
 
 def diagnosis(diagnosed: Diagnosis) -> dict:
     """Keys of `diagnose`."""
+    compared, undone, too = diagnosed.comparison, diagnosed.undone, diagnosed.fitted_too
     return {
         "verdict": diagnosed.verdict,
-        "effects": list(diagnosed.comparison.effects),
-        "chi2": diagnosed.comparison.chi2,
+        "effects": list(compared.effects),
+        "chi2": compared.chi2,
+        "fit": grade(compared),
         "missing": list(diagnosed.missing),
-        "ranking": [{**asdict(s), "interval": list(s.interval) if s.interval else None} for s in diagnosed.ranking],
+        "ranking": [
+            {**asdict(s), "interval": list(s.interval) if s.interval else None, "units": units_of(compared, s.effect)}
+            for s in diagnosed.ranking
+        ],
         "tied": tied(diagnosed.tied),
-        "next_measurement": proposal(diagnosed.next_measurement),
+        "present": present(compared),
+        "rivals": [outcome(found) for found in diagnosed.outcomes],
+        "nearest_miss": nearest_miss(diagnosed),
+        "worst_row": worst_of(compared.rows, compared.units),
+        "holdout_p": compared.holdout_p,
+        "holdout_contradicts": compared.holdout_contradicts,
+        "holdout_limit_p": HELD_OUT_FAILS,
+        "fitted_too": None if too is None else {**asdict(too), "effects": tied(too.effects)},
+        "undone": None if undone is None else {**asdict(undone), "effects": tied(undone.effects)},
+        "undone_tested": diagnosed.undone_tested,
+        "next_measurement": proposal(diagnosed.next_measurement, compared.units),
         "alike_but_implausible": list(diagnosed.alike_but_implausible),
         "gate_p": diagnosed.gate_p,
+        "gate_limit_p": diagnosed.gate,
         "warnings": list(dict.fromkeys(diagnosed.warnings)),
     }
 
 
+def units_of(compared: Comparison, effect: str) -> dict[str, str]:
+    """Units of an effect's parameters, as declared."""
+    return {name.partition(".")[2]: unit for name, unit in compared.units.items() if name.startswith(f"{effect}.")}
+
+
 def refinement(refined: Refinement) -> dict:
     """Keys of `refine`."""
+    diagnoses = [diagnosis(d) for d in refined.diagnoses]
+    last = (
+        "rivals",
+        "nearest_miss",
+        "fit",
+        "holdout_p",
+        "holdout_contradicts",
+        "holdout_limit_p",
+        "fitted_too",
+        "undone",
+    )
     return {
         "verdict": refined.verdict,
         "added": list(refined.added),
         "tied": tied(refined.tied),
+        **{name: diagnoses[-1][name] for name in last},
         "steps": [comparison(c) for c in refined.steps],
-        "diagnoses": [diagnosis(d) for d in refined.diagnoses],
-        "next_measurement": proposal(refined.last.next_measurement or refined.diagnoses[0].next_measurement),
+        "diagnoses": diagnoses,
+        "next_measurement": proposal(
+            refined.last.next_measurement or refined.diagnoses[0].next_measurement, refined.steps[-1].units
+        ),
         "warnings": list(dict.fromkeys(w for d in refined.diagnoses for w in d.warnings)),
     }

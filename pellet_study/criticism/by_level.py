@@ -17,7 +17,7 @@ def by_level(state: CalibratedStudy, diagnosis: Diagnosis) -> dict | None:
 
     Returns
     -------
-    {"parameter", "rig", "condition", "levels", "values", "standard_errors", "present", "rivals": {effects: values}}
+    {"parameter", "rig", "condition", "levels", "values", "standard_errors", "present", "rivals": {effects: values}, "units"}
     """
     worst = next((d for d in diagnosis.comparison.drifts if d.condition != "rig"), None)
     if worst is None:
@@ -52,4 +52,5 @@ def by_level(state: CalibratedStudy, diagnosis: Diagnosis) -> dict | None:
         "standard_errors": [float(1 / np.sqrt(w)) for w in weights],
         "present": float(fitted.values[column]),
         "rivals": rivals,
+        "units": {n: u for n, u in state.study.units.items() if n in (worst.parameter, worst.condition)},
     }

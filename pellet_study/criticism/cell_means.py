@@ -5,6 +5,7 @@ it comes from the replicates of the rig and observable, pooled; where there are 
 about the fit has to serve.
 """
 
+from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -49,7 +50,7 @@ class CellMeans:
     @property
     def scale_known(self) -> bool:
         """Whether the readings themselves say how far they scatter."""
-        return self.dof > 0
+        return bool(self.dof > 0)
 
     def whitened(self, differences: np.ndarray) -> np.ndarray:
         """W applied to differences whose last axis runs over the cells."""
@@ -113,12 +114,16 @@ def whitener(cells: Sequence[Sequence[Measurement]], variance: np.ndarray) -> np
 def covariance_of(cells: Sequence[Sequence[Measurement]], variance: np.ndarray) -> np.ndarray | None:
     """Covariance of cell means whose cells share set-ups, and with them the error of setting up; None where none do."""
     first = [cell[0] for cell in cells]
-    setups = [row.setup for row in first]
-    if not any(row.setup and setups.count(row.setup) > 1 and row.setup_sd > 0 for row in first):
+    cells_in = Counter(row.setup for row in first)
+    if not any(row.setup and cells_in[row.setup] > 1 and row.setup_sd > 0 for row in first):
         return None
     covariance = np.diag(variance)
-    for a, row in enumerate(first):
-        for b in range(a):
-            if row.setup and row.setup == first[b].setup and row.observable == first[b].observable:
-                covariance[a, b] = covariance[b, a] = row.setup_sd * first[b].setup_sd
+    together: dict[tuple[str, str], list[int]] = {}
+    for k, row in enumerate(first):
+        if row.setup:
+            together.setdefault((row.setup, row.observable), []).append(k)
+    for members in together.values():
+        setup_sd = np.array([first[k].setup_sd for k in members])
+        covariance[np.ix_(members, members)] = np.outer(setup_sd, setup_sd)
+    covariance[np.diag_indices(len(first))] = variance
     return covariance

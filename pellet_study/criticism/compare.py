@@ -8,24 +8,24 @@ several rigs share the rig itself), freed of what the calibration absorbs, again
 largest over all directions by Monte Carlo.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from pellet_study.criticism.calibration import CalibratedStudy, fit_study
-from pellet_study.criticism.constancy import DRIFT, Drift, constancy_tests
+from pellet_study.criticism.constancy import Drift, constancy_tests
+from pellet_study.criticism.grades import Judgement, judged, tests_of
 from pellet_study.criticism.holdout import holdout_p, level_out_errors
-from pellet_study.criticism.intervals import intervals_of
-from pellet_study.criticism.lack_of_fit import LACK_IN_A_RIG, absorbed_basis, lack_by_rig, lack_of_fit, needed_setup
+from pellet_study.criticism.intervals import IDENTIFIED, intervals_of
+from pellet_study.criticism.lack_of_fit import absorbed_basis, lack_by_rig, lack_of_fit, needed_setup
 from pellet_study.criticism.least_squares import ROUNDS
 from pellet_study.criticism.residuals import RowResidual, row_residuals
+from pellet_study.criticism.verdicts import Grade
+from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import Study
 
-# p over all rigs together below which a model fails; the gate of `diagnose` has most of the 5 % of alarms that nothing
-# hidden may raise, so that little is left for lack of fit and drift
-LACK_OF_FIT = 0.001
-HELD_OUT_FAILS = 0.001  # p of the rows held out, as strict as lack of fit
+HELD_OUT_FAILS = 0.001  # p of the rows held out below which they contradict a model, as strict as lack of fit
 
 
 @dataclass(frozen=True)
@@ -35,7 +35,9 @@ class Comparison:
     `chi2`, `dof` count rows; `lack_of_fit_p` compares cell means with the scatter of readings; `needed_setup_percent`
     maps a rig to the set-up scatter, in percent of the reading, that would excuse its misfit; `rig_lack_of_fit_p` maps
     it to the p of its own cells alone. `holdout_p`: are the rows held out as far off as readings and constants scatter?
-    `converged`: did the fit settle within its rounds?
+    `converged`: did the fit settle within its rounds? `ranges` holds the free constants' ranges in the study, `range_shares`
+    how much of them the 95 % intervals take before they are cut at the bounds; `units` are those declared, `left_out` rows
+    that nothing is made of.
     """
 
     effects: tuple[str, ...]
@@ -57,16 +59,20 @@ class Comparison:
     rig_lack_of_fit_p: dict[str, float] = field(default_factory=dict)
     holdout_p: float | None = None
     converged: bool = True
+    ranges: dict[str, tuple[float, float]] = field(default_factory=dict)
+    range_shares: dict[str, float] = field(default_factory=dict)
+    units: dict[str, str] = field(default_factory=dict)
+    left_out: tuple[Measurement, ...] = ()
+
+    @property
+    def judgement(self) -> Judgement:
+        """How well it fits in a graded word, with the test that decides."""
+        return judged(tests_of(self.lack_of_fit_p, self.rig_lack_of_fit_p, self.drifts))
 
     @property
     def fits(self) -> bool:
-        """Neither lack of fit, over all or in one rig, nor a drifting constant."""
-        by_rig = self.rig_lack_of_fit_p.values()
-        return (
-            (self.lack_of_fit_p is None or self.lack_of_fit_p >= LACK_OF_FIT)
-            and all(p >= LACK_IN_A_RIG / len(by_rig) for p in by_rig)
-            and not (self.drifts and self.drifts[0].p < DRIFT)
-        )
+        """Neither lack of fit, over all or in one rig, nor a drifting constant; a doubtful fit is one."""
+        return self.judgement.grade != Grade.FAILS
 
     @property
     def judged(self) -> bool | None:
@@ -74,13 +80,19 @@ class Comparison:
         unsaid = self.lack_of_fit_p is None if self.fits else not self.converged
         return None if unsaid else self.fits
 
+    @property
+    def holdout_contradicts(self) -> bool:
+        """Whether the rows held out refute the model; not where nothing tells."""
+        return self.holdout_p is not None and self.holdout_p < HELD_OUT_FAILS
+
 
 def compare(study: Study, state: CalibratedStudy | None = None, level_out: bool = False) -> Comparison:
     """Calibrate a study's present model and look at what is left; `level_out` also refits without each level."""
     state = state or fit_study(study)
     model, cells, fitted = state.model, state.cells, state.fit
     names = [model.names[c] for c in fitted.problem.free]
-    intervals, loose = intervals_of(state)
+    intervals, shares = intervals_of(state)
+    loose: tuple[str, ...] = tuple(name for name, share in shares.items() if not share < IDENTIFIED)
     stuck = tuple(name for name, at_bound in zip(names, fitted.at_bound, strict=True) if at_bound)
     loose = tuple(name for name in loose if name not in stuck)
     rows = row_residuals(state)
@@ -101,14 +113,18 @@ def compare(study: Study, state: CalibratedStudy | None = None, level_out: bool 
         rows=rows,
         rms_error=rms_error(rows, "fit"),
         holdout_rms_error=rms_error(rows, "holdout"),
-        rms_error_unit=unit_of_rms(rows),
+        rms_error_unit=unit_of_rms(rows, study.units),
         warnings=(*cells.warnings, *model.warnings, *warnings_of(state, stuck, loose)),
         level_out_rms_error=level_out_errors(state) if level_out else None,
         rig_lack_of_fit_p=lack_by_rig(state),
         holdout_p=holdout_p(state, rows),
         converged=fitted.settled,
+        ranges=ranges_of(state),
+        range_shares=shares,
+        units=study.units,
+        left_out=study.left_out,
     )
-    if comparison.judged and comparison.holdout_p is not None and comparison.holdout_p < HELD_OUT_FAILS:
+    if comparison.judged and comparison.holdout_contradicts:
         worst = max(abs(r.z) for r in rows if r.row.split == "holdout" and r.z is not None)
         note = f"the rows held out contradict the model (p < {HELD_OUT_FAILS:g}, the worst is {worst:.1f} standard errors off)"
         comparison = replace(comparison, warnings=(*comparison.warnings, note))
@@ -117,7 +133,7 @@ def compare(study: Study, state: CalibratedStudy | None = None, level_out: bool 
 
 def warnings_of(state: CalibratedStudy, stuck: Sequence[str], loose: Sequence[str]) -> list[str]:
     """What to know of a fit: too few cases for it, constants at their bounds or not identified, or that act nowhere."""
-    warnings = []
+    warnings = list(state.study.remarks)
     if not state.fit.settled:
         warnings.append(
             f"the calibration did not end within {ROUNDS} rounds: its values are not the best, chi2 is too large; in study.toml "
@@ -128,11 +144,7 @@ def warnings_of(state: CalibratedStudy, stuck: Sequence[str], loose: Sequence[st
             "there are as many free parameters as different cases: any model fits, "
             "these data can show no missing effect; measure under more conditions"
         )
-    if stuck:
-        warnings.append(
-            f"{', '.join(stuck)} at the bound of its range: the range, or the model, does not hold the data; where the data "
-            "may be right, widen the range first"
-        )
+    warnings += [stuck_words(state, name) for name in stuck]
     if loose:
         warnings.append(f"not identified by these data: {', '.join(loose)}")
     for name, setting in state.study.parameters.items():
@@ -141,18 +153,58 @@ def warnings_of(state: CalibratedStudy, stuck: Sequence[str], loose: Sequence[st
     return warnings
 
 
+def ranges_of(state: CalibratedStudy) -> dict[str, tuple[float, float]]:
+    """The range in which each free constant may lie."""
+    problem = state.fit.problem
+    names = [state.model.names[c] for c in problem.free]
+    return {name: (float(low), float(high)) for name, low, high in zip(names, problem.low, problem.high, strict=True)}
+
+
+def stuck_words(state: CalibratedStudy, name: str) -> str:
+    """What it means that a constant ends at its bound, and what can be done there."""
+    (low, high), (least, most) = ranges_of(state)[name], declared_limits(state, name)
+    value = state.fit.point[state.model.column[name]]
+    upper = high - value < value - low
+    bound, limit = (high, most) if upper else (low, least)
+    if bound == limit:
+        return (
+            f"{name} ends at {bound:g}, beyond which there is none: the model does not hold the data; look for a missing "
+            "effect, and for a wrong unit in measurements.csv"
+        )
+    return (
+        f"{name} ends at {bound:g}, a bound of its range in the study: the range, or the model, does not hold the data; where "
+        f"the data may be right, set its {'max' if upper else 'min'} farther out first ({limit:g} at most)"
+    )
+
+
+def declared_limits(state: CalibratedStudy, name: str) -> tuple[float, float]:
+    """Beyond what a constant cannot be set: the limits that its rigs, or its effect, declare."""
+    catalogue, (first, _, second) = state.study.catalogue, name.partition(".")
+    if second:
+        declared = [catalogue.effects[first].parameters[second]]
+    else:
+        declared = [
+            catalogue.rigs[rig].parameters[name] for rig in state.study.rigs if name in catalogue.rigs[rig].parameters
+        ]
+    return max(float(q["min"]) for q in declared), min(float(q["max"]) for q in declared)
+
+
 def _one_observable(rows: Sequence[RowResidual]) -> bool:
     return len({r.row.observable for r in rows}) == 1
 
 
-def unit_of_rms(rows: Sequence[RowResidual]) -> str:
-    """The unit of `rms_error`: the observable's where there is but one, else standard uncertainties."""
-    return rows[0].row.observable.rsplit("_", 1)[-1] if _one_observable(rows) else "standard uncertainties"
+def unit_of_rms(rows: Sequence[RowResidual], units: Mapping[str, str]) -> str:
+    """The unit of `rms_error`: the observable's, as declared, where there is but one, else standard uncertainties."""
+    if not _one_observable(rows):
+        return "standard uncertainties"
+    observable = rows[0].row.observable
+    return units.get(observable, f"unit of {observable}")
 
 
 def rms_error(rows: Sequence[RowResidual], split: str) -> float | None:
     """Root of the mean squared residual of the rows of a split, in `unit_of_rms`; None without rows, or where unknown."""
     one = _one_observable(rows)
-    errors = [r.residual if one else r.z for r in rows if r.row.split == split]
+    of_split = [r for r in rows if r.row.split == split]
+    errors = [r.residual if one else r.residual / r.uncertainty if r.uncertainty else None for r in of_split]
     known = [e for e in errors if e is not None]
     return float(np.sqrt(np.mean(np.square(known)))) if known and len(known) == len(errors) else None

@@ -12,7 +12,7 @@
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 import numpy as np
@@ -23,12 +23,14 @@ from pellet_study.criticism.explanations import TIE, explanations
 from pellet_study.criticism.lack_of_fit import absorbed_basis
 from pellet_study.criticism.least_squares import ROUNDS, Fit
 from pellet_study.criticism.next_measurement import NextMeasurement, next_measurement
+from pellet_study.criticism.outcomes import Outcome, nearest_miss, outcome_of
 from pellet_study.criticism.possible import FEW_LEVELS
 from pellet_study.criticism.ranking import Scores, Suspect, ranking_of, unjudged, unsimulated
 from pellet_study.criticism.rivals import Rival, judge, refits
 from pellet_study.criticism.score_tests import VISIBLE, exceedance, largest_null, standardised
 from pellet_study.criticism.signatures import Signature, signatures
-from pellet_study.criticism.verdicts import Note, Verdict
+from pellet_study.criticism.verdicts import FittedToo, Note, Undone, Verdict
+from pellet_study.output.words import probability
 from pellet_study.study.study import Study
 
 # p below which a candidate is needed
@@ -38,7 +40,12 @@ GATE_AGAIN = 0.004  # for each further one: the same data were searched before, 
 
 @dataclass(frozen=True)
 class Diagnosis:
-    """The answer to "which effect is missing?"; `missing` names what stands out, `tied` what explains alike."""
+    """The answer to "which effect is missing?"; `missing` names what stands out, `tied` what explains alike.
+
+    `gate_p` is that of the largest score of all candidates, `gate` the p below which one is needed. `outcomes` say
+    what each explanation would do to the error, `miss` what comes nearest where nothing explains; `undone` and `fitted_too`
+    what would change the verdict, as far as it was looked for (`robustness`).
+    """
 
     verdict: Verdict
     missing: tuple[str, ...]
@@ -49,6 +56,17 @@ class Diagnosis:
     comparison: Comparison
     rivals: tuple[Rival, ...]
     warnings: tuple[str, ...]
+    gate: float = GATE
+    outcomes: tuple[Outcome, ...] = ()
+    miss: Outcome | None = None
+    undone: Undone | None = None
+    undone_tested: bool = False
+    fitted_too: FittedToo | None = None
+
+    @property
+    def named(self) -> tuple[tuple[str, ...], ...]:
+        """The explanations that the verdict names: the one that is missing, or those tied."""
+        return (self.missing,) if self.missing else self.tied
 
     @property
     def alike_but_implausible(self) -> tuple[str, ...]:
@@ -105,6 +123,14 @@ class Gate:
     scores: Scores
     open: bool
 
+    def closed_words(self, level: float) -> str:
+        """Why nothing may be added; empty where something may."""
+        if self.open:
+            return ""
+        return (
+            f"the misfit has no candidate's shape: p {probability(self.p)} over all candidates (needed below {level:g})"
+        )
+
 
 def diagnose(
     study: Study,
@@ -117,13 +143,14 @@ def diagnose(
 ) -> Diagnosis:
     """Rank the effects a study's model lacks; changes nothing.
 
-    Without `rank` the candidates are refitted only where the verdict needs it; without `propose` no next measurement is
-    looked for, with `ties_only` none that separates the only explanation from the next best.
+    Without `rank` the candidates are refitted only where the verdict needs it; without `propose` neither a next measurement
+    nor what the rivals do to the error is looked for, with `ties_only` no measurement that separates the only explanation
+    from the next best.
     """
     state = state or fit_study(study)
     prepared = prepare(study, state, comparison or compare(study, state))
     if prepared.hopeless:
-        return hopeless(study, state, prepared)
+        return replace(hopeless(study, state, prepared), gate=gate)
     gated = gate_of(state, prepared, gate)
     needed = gated.open or not prepared.comparison.fits
     singles, beyond = refits(state, prepared.shown, gated.raw) if needed or rank else ({}, {})
@@ -134,10 +161,11 @@ def diagnose(
     ranking = ranking_of(state, prepared.names, prepared.signatures, gated.scores, rivals, beyond)
     ranking += tuple(unjudged(state, name, [], Note.NOT_SIMULATED) for name in prepared.lost)
     chosen: list[Rival] = []
+    pairs: list[Rival] = []
     if gated.open:
         plausible = {s.effect for s in ranking if not s.note}
         singles_in_range = [r for r in rivals if set(r.effects) <= plausible]
-        chosen = explanations(state, singles_in_range, prepared.shown, gated.raw, plausible)
+        chosen, pairs = explanations(state, singles_in_range, prepared.shown, gated.raw, plausible)
     named = {r.effects for r in chosen}
     rest = sorted((r for r in rivals if r.effects not in named), key=lambda r: r.fit.chi2)
     proposal = None
@@ -146,6 +174,9 @@ def diagnose(
         proposal = next_measurement(state, {r.effects: r.fit for r in pool})
     unended = unended_fits(state, chosen, needed)
     verdict = verdict_of(needed, chosen, unended)
+    miss = None
+    if propose and verdict == Verdict.UNEXPLAINED:
+        miss = nearest_miss(state, [*rivals, *pairs], beyond, gated.closed_words(gate))
     return Diagnosis(
         verdict=verdict,
         missing=chosen[0].effects if verdict == Verdict.MISSING else (),
@@ -160,6 +191,9 @@ def diagnose(
             *_warnings(prepared, gated, verdict, propose and proposal is None),
             *_unended(unended),
         ),
+        outcomes=tuple(outcome_of(state, rival) for rival in chosen) if propose else (),
+        miss=miss,
+        gate=gate,
     )
 
 
@@ -186,9 +220,11 @@ def prepare(study: Study, state: CalibratedStudy, comparison: Comparison) -> Pre
 
 def hopeless(study: Study, state: CalibratedStudy, prepared: Prepared) -> Diagnosis:
     """The answer where the cases are too few for any effect to show."""
-    warning = (
-        "too few different cases beyond the free parameters: no effect can be shown by these data; "
-        f"measure each rig under other conditions too: {what_varies(study)}"
+    others = what_varies(study)
+    warning = "too few different cases beyond the free parameters: no effect can be shown by these data; " + (
+        f"measure each rig under other conditions too: {others}"
+        if others
+        else "these rigs have no condition to vary: fix a parameter in study.toml that you know from elsewhere"
     )
     return Diagnosis(
         verdict=Verdict.ADEQUATE if prepared.comparison.fits else Verdict.UNEXPLAINED,
@@ -277,5 +313,5 @@ def what_varies(study: Study) -> str:
                 names.append(f"{name} ({' or '.join(declared['options'])})")
             elif declared["min"] < declared["max"]:
                 names.append(f"{name} ({declared['min']:g} to {declared['max']:g})")
-        parts.append(f"{rig} at other {' or '.join(names)}")
+        parts += [f"{rig} at other {' or '.join(names)}"] if names else []
     return "; ".join(parts)

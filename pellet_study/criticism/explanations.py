@@ -31,20 +31,25 @@ def explanations(
     shown: Sequence[Signature],
     scores: np.ndarray,
     plausible: Collection[str],
-) -> list[Rival]:
-    """The tie set: the single effects, else the pairs, that explain the data and lie within TIE of the best."""
-    good = [r for r in singles if r.explains]
+) -> tuple[list[Rival], list[Rival]]:
+    """The tie set: the single effects, else the pairs, that explain the data and lie within TIE of the best.
+
+    Returns
+    -------
+    the tie set, and the pairs that were refused
+    """
+    good, refused = [r for r in singles if r.explains], []
     best = min(good, key=lambda r: penalised(r, state)) if good else None
     p = lack_of_fit(best.fit, state.cells) if best is not None else 0.0
     if p is not None and p < DOUBTFUL:
-        fits = pair_rivals(state, singles, shown, scores, plausible)
-        pairs = [r for r in judge(state, fits, shown) if r.explains]
+        found = judge(state, pair_rivals(state, singles, shown, scores, plausible), shown)
+        pairs, refused = [r for r in found if r.explains], [r for r in found if not r.explains]
         top = min(pairs, key=lambda r: penalised(r, state), default=None)
         if top is not None:
             gain = PAIR_GAIN * reduced_chi2(state, top.fit)
             if best is None or penalised(top, state) < penalised(best, state) - gain:
-                return tied(state, pairs, top)
-    return tied(state, good, best) if best is not None else []
+                return tied(state, pairs, top), refused
+    return tied(state, good, best) if best is not None else [], refused
 
 
 def tied(state: CalibratedStudy, rivals: Sequence[Rival], best: Rival) -> list[Rival]:

@@ -7,25 +7,14 @@ step of `refine` or `history`), a diagnosis, a list of steps.
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
-from pellet_study.criticism.compare import HELD_OUT_FAILS
-from pellet_study.criticism.constancy import Drift
-from pellet_study.criticism.verdicts import Note
-from pellet_study.output.words import probability
+from pellet_study.criticism.verdicts import Note, Verdict
+from pellet_study.output.words import number
 from pellet_study.rigs.catalogue import Catalogue, Effect
 from pellet_study.rigs.declared import Condition
+from pellet_study.study.study import Study
 
-CLEAR_DRIFT = 0.01  # p below which a drift is named; a model fails from DRIFT on, a weaker one still says where to look
+MOST_ASSUMED = 6  # parameters at their defaults that are spelt out
 UNSEEN = 0.05  # adjusted p above which a candidate was not seen, so that its smallest visible size is of interest
-
-
-@dataclass(frozen=True)
-class Constant:
-    """A constant of the model; `interval` is None where it is fixed, `remarks` say what is wrong with it."""
-
-    name: str
-    value: float
-    interval: tuple[float, float] | None
-    remarks: tuple[str, ...]
 
 
 @dataclass(frozen=True)
@@ -114,65 +103,18 @@ def model_name(effects: Sequence[str]) -> str:
     return "base" + "".join(f" + {name}" for name in effects)
 
 
-def drift_words(drift: Drift) -> str:
-    """Where it fails: `internal_friction would have to fall with layer_height_mm (layer_on_incline), z = -8.7`."""
-    if drift.condition == "rig":
-        what = (
-            f"{drift.parameter} would have to be {'higher' if drift.z > 0 else 'lower'} in {drift.rig} than elsewhere"
-        )
-    elif drift.shape == "bends":
-        way = "upwards" if drift.z > 0 else "downwards"
-        what = f"{drift.parameter} would have to bend {way} over {drift.condition} ({drift.rig})"
-    elif drift.shape == "rises":
-        what = (
-            f"{drift.parameter} would have to {'rise' if drift.z > 0 else 'fall'} with {drift.condition} ({drift.rig})"
-        )
-    else:
-        what = (
-            f"{drift.parameter} would have to be {'higher' if drift.z > 0 else 'lower'} where {drift.condition} is "
-            f"{drift.shape} ({drift.rig})"
-        )
-    return f"{what}, z = {drift.z:.1f}, p {probability(drift.p)}"
-
-
-def failures(comparison: dict) -> list[str]:
-    """Where a model fails: a sentence on every constant that clearly drifts, the worst first."""
-    return [drift["words"] for drift in comparison["where"] if drift["p"] < CLEAR_DRIFT]
-
-
-def held_out_contradict(comparison: dict) -> bool:
-    """Whether the rows held out contradict a model."""
-    p = comparison.get("holdout_p")
-    return p is not None and p < HELD_OUT_FAILS
-
-
-def fit_words(comparison: dict) -> str | None:
-    """Does it fit? None where neither standard deviations nor replicates tell."""
-    if comparison["chi2"] is None:
-        return None
-    if comparison["fits"] is None and comparison["lack_of_fit_p"] is None:
-        return "as many free parameters as different cases, so that any readings are met: the fit says nothing"
-    if comparison["fits"] is None:
-        return "the fit did not end, so that chi2 is too large: whether the model fits cannot be said"
-    if not comparison["fits"]:
-        return "the model does not fit"
-    if held_out_contradict(comparison):
-        return "the model fits the rows it was calibrated on, but not those held out"
-    return "the model fits within the scatter of the readings"
-
-
-def constants(comparison: dict) -> list[Constant]:
-    """Every constant of a model, fitted or fixed."""
-    rows = []
-    for name, value in comparison["parameters"].items():
-        limits = comparison["intervals"].get(name)
-        remarks = [
-            words
-            for words, names in (("not identified", "not_identified"), ("at its bound", "at_bound"))
-            if name in comparison[names]
-        ]
-        rows.append(Constant(name, value, None if limits is None else (limits[0], limits[1]), tuple(remarks)))
-    return rows
+def assumed_words(study: Study) -> str:
+    """`layer_on_incline: channel_width_mm 100; parameters: density 1400`: defaults that an answer rests on; `` without any."""
+    said = [
+        f"{rig}: {', '.join(f'{name} {number(value)}' for name, value in names.items())}"
+        for rig, names in study.assumed_conditions.items()
+    ]
+    parameters = study.assumed_parameters
+    if len(parameters) > MOST_ASSUMED:
+        said.append(f"{len(parameters)} parameters, which `pellet-study check` lists")
+    elif parameters:
+        said.append(", ".join(f"{name} {number(value)}" for name, value in parameters.items()))
+    return "; ".join(said)
 
 
 def varying(rows: Sequence[dict]) -> dict[str, list[str]]:
@@ -202,18 +144,6 @@ def finding(diagnosis: dict) -> Finding:
 def described(catalogue: Catalogue, names: Collection[str]) -> list[Effect]:
     """What is known of some effects; those that a catalogue lacks are left out."""
     return [catalogue.effects[name] for name in names if name in catalogue.effects]
-
-
-def adequacy(comparison: dict) -> str:
-    """What the verdict `adequate` is worth for a model."""
-    words = "no missing effect is supported by these data"
-    if comparison["chi2"] is None:
-        return f"{words}; how well the model fits cannot be judged without sd or replicates"
-    if comparison["fits"] is None:
-        return f"{words}, which could show none"
-    if held_out_contradict(comparison):
-        return f"{words}, but the rows held out contradict the model: fit some of them too"
-    return words
 
 
 def candidates(catalogue: Catalogue, diagnosis: dict) -> list[Candidate]:
@@ -273,3 +203,68 @@ def ladder(steps: Sequence[dict]) -> list[Step]:
         )
         for number, step in enumerate(steps)
     ]
+
+
+def errors(diagnosis: dict) -> list[dict]:
+    """What each explanation that a verdict names would do to the error, the present model first; empty where it names none."""
+    rivals = diagnosis.get("rivals") or []
+    return [{**diagnosis["present"], "effects": []}, *rivals] if rivals else []
+
+
+def undone_words(diagnosis: dict) -> str:
+    """Which set-up scatter, declared nowhere, would undo a verdict; empty where that was not looked for."""
+    found = diagnosis.get("undone")
+    if found is None:
+        stood = diagnosis["verdict"] in (Verdict.MISSING, Verdict.TIED) and diagnosis.get("undone_tested")
+        return "it stands with one standard error of undeclared set-up scatter too" if stood else ""
+    sizes = ", ".join(
+        f"{rig} {observable} {number(scatter, 2)}"
+        for rig, of_rig in found["by_rig"].items()
+        for observable, scatter in of_rig.items()
+    )
+    left = names_of(found["effects"])
+    return (
+        f"set-up scatter that replicates do not see, of {number(found['standard_errors'], 2)} standard errors of a mean "
+        f"({sizes}), would undo this (then {found['verdict']}{' ' + left if left else ''}); state what is known of it in setup_sd"
+    )
+
+
+def fitted_too_words(diagnosis: dict) -> str:
+    """Which held-out rows, fitted too, would let an effect be named; empty where none would."""
+    found = diagnosis.get("fitted_too")
+    if found is None:
+        return ""
+    return f"with the rows {places(found['conditions'])} fitted too, {names_of(found['effects'])} would be named ({found['verdict']})"
+
+
+def fit_too(diagnosis: dict) -> str:
+    """What to do before the next command where the rows held out contradict the model and could tell more; else empty."""
+    found = diagnosis["fitted_too"]
+    if found is not None:
+        return f"set split to fit in the rows {places(found['conditions'])}"
+    contradicted = diagnosis["verdict"] == Verdict.ADEQUATE and diagnosis["holdout_contradicts"]
+    return "set split to fit in some of the rows held out" if contradicted else ""
+
+
+def places(conditions: Sequence[Mapping]) -> str:
+    """Conditions in words: `layer_on_incline at layer_height_mm 10 and at layer_height_mm 15`."""
+    by_rig: dict[str, list[str]] = {}
+    for given in conditions:
+        words = ", ".join(f"{name} {number(value)}" for name, value in given.items() if name != "rig")
+        by_rig.setdefault(given["rig"], []).append(words)
+    return "; ".join(f"of {rig} at {' and at '.join(words)}" for rig, words in by_rig.items())
+
+
+def names_of(explanations: Sequence) -> str:
+    """Explanations, each an effect or a list of them: `a or b + c`."""
+    return " or ".join(one if isinstance(one, str) else " + ".join(one) for one in explanations)
+
+
+def miss_words(diagnosis: dict) -> str:
+    """What comes nearest to explaining the data, what it does to chi2, and why it is refused; empty where nothing does."""
+    miss = diagnosis.get("nearest_miss")
+    if miss is None:
+        return ""
+    before, after = diagnosis["present"]["chi2"], miss["chi2"]
+    does = "is fitted" if after is None else f"takes chi2 from {number(before, 3)} to {number(after, 3)}"
+    return f"{' + '.join(miss['effects'])} {does}, but is refused: {miss['refused']}; with it the worst row is {miss['worst_row']['words']}"

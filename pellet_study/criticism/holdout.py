@@ -7,8 +7,11 @@ from scipy import special
 
 from pellet_study.criticism.calibration import CalibratedStudy, covariance, part_of
 from pellet_study.criticism.least_squares import fit, problem_of
-from pellet_study.criticism.residuals import RowResidual
+from pellet_study.criticism.residuals import RowResidual, identified_directions, misfit_unit, slopes_at
 from pellet_study.model.model import key
+from pellet_study.study.measurements import Measurement
+
+MOST_LEVELS = 30  # fits of a condition
 
 
 def holdout_p(state: CalibratedStudy, rows: Sequence[RowResidual]) -> float | None:
@@ -18,43 +21,53 @@ def holdout_p(state: CalibratedStudy, rows: Sequence[RowResidual]) -> float | No
     degrees of freedom of the readings' scatter. None without such rows, without their scatter, or where they depend on a
     constant that the rows fitted do not tell.
     """
-    held = [r for r in rows if r.row.split == "holdout" and r.z]  # (residual / z)^2 is its variance
+    held = [r for r in rows if r.row.split == "holdout" and r.uncertainty]
     if not held or not state.cells.scale_known:
         return None
-    model, fitted = state.model, state.fit
-    place = {key(case): k for k, case in enumerate(model.cases)}
-    cases = [place[key(r.row)] for r in held]
-    problem, span = fitted.problem, fitted.problem.high - fitted.problem.low
-    points = np.repeat(fitted.point[None], 1 + len(problem.free), axis=0)
-    step = np.where(fitted.values + model.step * span <= problem.high, model.step, -model.step) * span
-    points[1 + np.arange(len(problem.free)), list(problem.free)] += step
-    mean = model.predict(points).mean[:, cases]
-    slopes = (mean[1:] - mean[0]) / step[:, None]
-    unit = max(1.0, fitted.chi2 / max(len(state.cells.case) - len(problem.free), 1))
-    jacobian = fitted.jacobian * span
-    _, size, rows_of = np.linalg.svd(jacobian, full_matrices=False)
-    identified = rows_of[size > 1e-6 * max(size.max(initial=0.0), 1e-300)]
-    steps = slopes.T * span
-    if np.abs(steps - steps @ identified.T @ identified).max(initial=0.0) > 1e-6 * np.abs(steps).max(initial=0.0):
+    place = {key(case): k for k, case in enumerate(state.model.cases)}
+    slopes = slopes_at(state, [place[key(r.row)] for r in held])
+    steps, told = slopes.T * (state.fit.problem.high - state.fit.problem.low), identified_directions(state)
+    if np.abs(steps - steps @ told.T @ told).max(initial=0.0) > 1e-6 * np.abs(steps).max(initial=0.0):
         return None
-    own = _covariance_of(held)
-    error = np.array([r.residual for r in held])
-    together, n = own + unit * slopes.T @ covariance(fitted) @ slopes, len(held)
-    return float(special.fdtrc(n, state.cells.dof, error @ np.linalg.solve(together, error) / n))
+    error, n = np.array([r.residual for r in held]), len(held)
+    own, shared = _variance_of(held)
+    together = np.hstack([shared, slopes.T])
+    width = shared.shape[1]
+    weight = np.zeros((together.shape[1], together.shape[1]))
+    weight[:width, :width], weight[width:, width:] = np.eye(width), misfit_unit(state) * covariance(state.fit)
+    # Woodbury: (D + U K U')^-1 = D^-1 - D^-1 U (1 + K U' D^-1 U)^-1 K U' D^-1, of the size of U's columns, not of the rows
+    scaled = together / own[:, None]
+    along = scaled.T @ error
+    inner = np.eye(len(weight)) + weight @ (together.T @ scaled)
+    squares = error @ (error / own) - along @ np.linalg.solve(inner, weight @ along)
+    return float(special.fdtrc(n, state.cells.dof, max(squares, 0.0) / n))
 
 
-def _covariance_of(held: Sequence[RowResidual]) -> np.ndarray:
-    """Covariance of rows: of each alone, and of the set-ups that some share."""
-    own = np.diag(np.array([(r.residual / r.z) ** 2 for r in held if r.z]))
-    for a, first in enumerate(held):
-        for b, second in enumerate(held):
-            if a != b and first.row.setup and first.row.setup == second.row.setup and first.row.rig == second.row.rig:
-                own[a, b] = first.row.setup_sd * second.row.setup_sd
-    return own
+def _variance_of(held: Sequence[RowResidual]) -> tuple[np.ndarray, np.ndarray]:
+    """Variance of rows by themselves (n,), and the standard deviation (n, set-ups) that those of one set-up share."""
+    own = np.array([r.uncertainty**2 for r in held if r.uncertainty])
+    of_setup: dict[tuple[str, str], list[int]] = {}
+    for k, r in enumerate(held):
+        if r.row.setup and r.row.setup_sd > 0:
+            of_setup.setdefault((r.row.rig, r.row.setup), []).append(k)
+    several = [rows for rows in of_setup.values() if len(rows) > 1]
+    shared = np.zeros((len(held), len(several)))
+    for column, rows in enumerate(several):
+        shared[rows, column] = [held[k].row.setup_sd for k in rows]
+    return own - np.square(shared).sum(axis=1), shared
+
+
+def _grouped(levels: Sequence) -> list[dict]:
+    """Each level by itself, or of many, neighbours together in `MOST_LEVELS` groups."""
+    number = min(len(levels), MOST_LEVELS)
+    ends = [len(levels) * k // number for k in range(number + 1)]
+    return [dict.fromkeys(levels[first:last]) for first, last in zip(ends, ends[1:], strict=False)]
 
 
 def level_out_errors(state: CalibratedStudy) -> dict[str, float]:
     """Error on rows that a fit has not seen: each level of a condition kept back in turn, `rig.condition` -> rms.
+
+    Of more than `MOST_LEVELS` levels, neighbours are kept back together, in so many groups.
 
     Unweighted, in the observable's unit; for conditions with at least three levels (words too), where enough cells stay to fit.
     """
@@ -69,18 +82,18 @@ def level_out_errors(state: CalibratedStudy) -> dict[str, float]:
             levels = sorted({value for value in level if value is not None})
             if len(levels) < 3 or len({row.observable for row in rows if row.rig == rig}) > 1:
                 continue
+            of_level: dict[float | str, list[Measurement]] = {}
+            for row in rows:
+                if row.rig == rig:
+                    of_level.setdefault(row.conditions[condition], []).append(row)
             errors = []
-            for left_out in levels:
-                kept = np.array([value != left_out for value in level])
+            for left_out in _grouped(levels):
+                kept = np.array([value not in left_out for value in level])
                 if kept.sum() < max(1, len(state.fit.problem.free)):
                     break
                 fitted = fit(model, part_of(cells, kept), problem_of(model, 2, state.fit.point))
                 mean = model.predict(fitted.point).mean[0]
-                errors += [
-                    row.value - mean[place[key(row)]]
-                    for row in rows
-                    if row.rig == rig and row.conditions[condition] == left_out
-                ]
+                errors += [row.value - mean[place[key(row)]] for one in left_out for row in of_level.get(one, ())]
             else:
                 errors_of[f"{rig}.{condition}"] = float(np.sqrt(np.mean(np.square(errors))))
     return errors_of

@@ -14,26 +14,28 @@ WIDENED = (
 )
 
 
-def intervals_of(state: CalibratedStudy) -> tuple[dict[str, tuple[float, float]], tuple[str, ...]]:
-    """95 % intervals theta +- t b se, cut at the bounds, and the names of the constants the data do not pin down."""
+def intervals_of(state: CalibratedStudy) -> tuple[dict[str, tuple[float, float]], dict[str, float]]:
+    """95 % intervals theta +- t b se, cut at the bounds, and the share of each constant's range that they take uncut.
+
+    A constant whose share is `IDENTIFIED` or more is not pinned down by the data.
+    """
     fitted, cells = state.fit, state.cells
     names = [state.model.names[c] for c in fitted.problem.free]
     if not names:
-        return {}, ()
+        return {}, {}
     t = _half_width(fitted, cells)
     span = fitted.problem.high - fitted.problem.low
     scaled = fitted.jacobian * span
     normal = scaled.T @ scaled
     tiny = np.linalg.eigvalsh(normal).max() * 1e-13 + 1e-300
     se = np.sqrt(np.diag(np.linalg.inv(normal + tiny * np.eye(len(names))))) * span
-    intervals, loose = {}, []
+    intervals, shares = {}, {}
     for k, name in enumerate(names):
         half = t * se[k]
         value, low, high = fitted.values[k], fitted.problem.low[k], fitted.problem.high[k]
-        if not 2 * half < IDENTIFIED * span[k]:
-            loose.append(name)
+        shares[name] = float(min(2 * half / span[k], 1e6))  # nothing tells it: a number all the same
         intervals[name] = (float(max(low, value - half)), float(min(high, value + half)))
-    return intervals, tuple(loose)
+    return intervals, shares
 
 
 def _half_width(fitted: Fit, cells: CellMeans) -> float:

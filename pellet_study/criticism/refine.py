@@ -19,6 +19,7 @@ from pellet_study.criticism.lack_of_fit import absorbed_basis
 from pellet_study.criticism.least_squares import fit_many, problem_of
 from pellet_study.criticism.possible import needs_simulation
 from pellet_study.criticism.rivals import refits
+from pellet_study.criticism.robustness import examined
 from pellet_study.criticism.score_tests import VISIBLE
 from pellet_study.criticism.signatures import signatures
 from pellet_study.criticism.verdicts import Verdict
@@ -117,7 +118,8 @@ def refine(
 
     def diagnosis() -> Diagnosis:
         level = GATE_AGAIN if steps.added else GATE
-        return diagnose(steps.study, steps.state, level, steps.comparisons[-1], propose, rank, ties_only)
+        found = diagnose(steps.study, steps.state, level, steps.comparisons[-1], propose, rank, ties_only)
+        return examined(steps.study, steps.state, found, level) if propose else found
 
     diagnoses = [diagnosis()]
     while (

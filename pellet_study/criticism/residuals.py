@@ -1,11 +1,12 @@
 """Rows beside their predictions."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
-from pellet_study.criticism.calibration import CalibratedStudy
-from pellet_study.criticism.scatter import pooled_sd
+from pellet_study.criticism.calibration import CalibratedStudy, covariance
+from pellet_study.criticism.scatter import last_digit, no_less_than_resolution, pooled_sd
 from pellet_study.model.model import key
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import Study
@@ -13,12 +14,17 @@ from pellet_study.study.study import Study
 
 @dataclass(frozen=True)
 class RowResidual:
-    """One row of the file beside its prediction; `z` in units of the row's standard uncertainty, None if unknown."""
+    """One row of the file beside its prediction.
+
+    `uncertainty` is the row's own standard uncertainty, None if unknown. `z` is the residual over it, in a row held out over
+    the root of the sum of its square and that of what the calibrated constants leave open of the prediction.
+    """
 
     row: Measurement
     predicted: float
     residual: float
     z: float | None
+    uncertainty: float | None
 
 
 def row_residuals(state: CalibratedStudy) -> tuple[RowResidual, ...]:
@@ -27,29 +33,77 @@ def row_residuals(state: CalibratedStudy) -> tuple[RowResidual, ...]:
     place = {key(case): k for k, case in enumerate(model.cases)}
     predicted = model.predict(state.fit.point)
     reading = reading_sd(study)
+    held = [place[key(row)] for row in study.rows if row.split == "holdout"]
+    left_open = dict(zip(held, variance_by_constants(state, held), strict=True))
     residuals = []
     for k, row in enumerate(study.rows):
         c = place[key(row)]
         value = float(predicted.mean[0, c])
         spread = reading[k]
-        z = None
+        z = total = None
         if spread is not None:
             if row.sd is not None:
                 spread *= state.cells.contradicted.get((row.rig, row.observable), 1.0)
-            total = np.sqrt(spread**2 / row.n + row.setup_sd**2 + predicted.variance[0, c])
-            z = float((row.value - value) / total)
-        residuals.append(RowResidual(row, value, row.value - value, z))
+            total = float(np.sqrt(spread**2 / row.n + row.setup_sd**2 + predicted.variance[0, c]))
+            more = left_open[c] if row.split == "holdout" else 0.0
+            z = float((row.value - value) / np.sqrt(total**2 + more))
+        residuals.append(RowResidual(row, value, row.value - value, z, total))
     return tuple(residuals)
+
+
+def slopes_at(state: CalibratedStudy, cases: Sequence[int]) -> np.ndarray:
+    """Derivatives of the predictions for some of the model's cases by the fitted constants, (free, cases)."""
+    model, fitted = state.model, state.fit
+    problem, span = fitted.problem, fitted.problem.high - fitted.problem.low
+    points = np.repeat(fitted.point[None], 1 + len(problem.free), axis=0)
+    step = np.where(fitted.values + model.step * span <= problem.high, model.step, -model.step) * span
+    points[1 + np.arange(len(problem.free)), list(problem.free)] += step
+    mean = model.predict(points).mean[:, list(cases)]
+    return (mean[1:] - mean[0]) / step[:, None]
+
+
+def identified_directions(state: CalibratedStudy) -> np.ndarray:
+    """Orthonormal directions, in shares of the constants' ranges, that the rows fitted tell something of, (k, free)."""
+    fitted = state.fit
+    _, size, rows_of = np.linalg.svd(fitted.jacobian * (fitted.problem.high - fitted.problem.low), full_matrices=False)
+    return rows_of[size > 1e-6 * max(size.max(initial=0.0), 1e-300)]
+
+
+def misfit_unit(state: CalibratedStudy) -> float:
+    """By how much the misfit of the rows fitted widens the constants' variance: chi2 over its degrees of freedom, at least 1."""
+    return max(1.0, state.fit.chi2 / max(len(state.cells.case) - len(state.fit.problem.free), 1))
+
+
+def variance_by_constants(state: CalibratedStudy, cases: Sequence[int]) -> np.ndarray:
+    """(cases,) variances of predictions that come from the uncertainty of the calibrated constants.
+
+    The constants' covariance is widened by the misfit of the rows fitted; along what these rows do not tell, a constant is
+    anywhere in its range, with the variance of a uniform distribution.
+    """
+    if not len(cases) or not state.fit.problem.free:
+        return np.zeros(len(cases))
+    slopes, span = slopes_at(state, cases), state.fit.problem.high - state.fit.problem.low
+    known = np.einsum("ka,kl,la->a", slopes, covariance(state.fit), slopes) * misfit_unit(state)
+    told, steps = identified_directions(state), slopes.T * span
+    unknown = steps - steps @ told.T @ told
+    size = np.linalg.norm(steps, axis=1, keepdims=True)
+    unknown = np.where(np.abs(unknown) > 1e-6 * size, unknown, 0.0)
+    return known + (unknown**2).sum(axis=1) / 12
 
 
 def reading_sd(study: Study) -> list[float | None]:
     """Standard deviation of one reading for each row: as stated, else pooled from replicates, else None."""
+    blank: dict[tuple[str, str], dict[tuple, list[Measurement]]] = {}
+    stated: dict[tuple[str, str], list[float]] = {}
+    for row in study.rows:
+        group = row.rig, row.observable
+        if row.sd is not None:
+            stated.setdefault(group, []).append(row.sd)
+        elif row.split == "fit":
+            blank.setdefault(group, {}).setdefault((key(row), row.setup), []).append(row)
+    of_stated = {group: float(np.sqrt(np.mean(np.square(sds)))) for group, sds in stated.items()}
     pooled: dict[tuple[str, str], tuple] = {}
-    for group in {(row.rig, row.observable) for row in study.rows}:
-        replicates: dict[tuple, list[Measurement]] = {}
-        for row in study.rows:
-            if (row.rig, row.observable) == group and row.sd is None and row.split == "fit":
-                replicates.setdefault((key(row), row.setup), []).append(row)
+    for group, replicates in blank.items():
         means = np.array([np.average([r.value for r in c], weights=[r.n for r in c]) for c in replicates.values()])
         dof = np.array([len(c) - 1.0 for c in replicates.values()])
         if not len(means) or dof.sum() == 0:
@@ -58,18 +112,15 @@ def reading_sd(study: Study) -> list[float | None]:
             [sum(r.n * (r.value - m) ** 2 for r in c) for c, m in zip(replicates.values(), means, strict=True)]
         )
         sd = np.sqrt(within / np.maximum(dof, 1))
-        pooled[group] = (means, pooled_sd(means, sd, dof))
+        resolution = np.array([max(r.resolution for r in c) for c in replicates.values()])
+        step = np.array([last_digit([r.value for r in c]) for c in replicates.values()])
+        pooled_sds, _ = no_less_than_resolution("", pooled_sd(means, sd, dof), np.abs(means), resolution, step)
+        pooled[group] = (means, pooled_sds)
     known: list[float | None] = []
     for row in study.rows:
-        spread = row.sd
+        spread = None if row.sd is None else max(row.sd, row.resolution)
         if spread is None and (row.rig, row.observable) in pooled:
             means, sd = pooled[row.rig, row.observable]
             spread = float(sd[np.argmin(np.abs(means - row.value))])
-            spread = spread if spread > 0 else None
-        if spread is None:
-            others = [
-                r.sd for r in study.rows if (r.rig, r.observable) == (row.rig, row.observable) and r.sd is not None
-            ]
-            spread = float(np.sqrt(np.mean(np.square(others)))) if others else None
-        known.append(spread)
+        known.append(of_stated.get((row.rig, row.observable)) if spread is None else spread)
     return known

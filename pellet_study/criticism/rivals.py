@@ -12,6 +12,7 @@ from pellet_study.criticism.least_squares import Fit, Problem, fit_many
 from pellet_study.criticism.score_tests import exceedance, largest_null, standardised
 from pellet_study.criticism.signatures import Signature, columns_of, physical
 from pellet_study.model.model import Model
+from pellet_study.output.words import probability
 
 # What an explanation may not leave behind, chosen with the trials of results/hidden_effect: stricter, and the hidden effect
 # itself is refused by chance; laxer, and look-alikes pass
@@ -26,13 +27,15 @@ DISTINCT = 0.25  # share of a signature that must be left beside an explanation 
 class Rival:
     """A set of effects to add, fitted.
 
-    `noise` is what the scatter of its predictions beyond the present model's is expected to add to its chi2.
+    `noise` is what the scatter of its predictions beyond the present model's is expected to add to its chi2; `objection`
+    says why it does not explain the data, where it was judged.
     """
 
     effects: tuple[str, ...]
     fit: Fit
     explains: bool
     noise: float = 0.0
+    objection: str = ""
 
 
 def rival_problem(
@@ -127,14 +130,15 @@ def judge(state: CalibratedStudy, fits: Iterable[Fit], shown: Sequence[Signature
         added = fitted.problem.free[len(state.fit.problem.free) :]
         names = tuple(dict.fromkeys(state.model.names[c].split(".")[0] for c in added))
         noise = float((np.square(noisy.cells.sd / state.cells.sd) - 1).sum())
-        rivals.append(Rival(names, fit, explains(noisy, fitted, names, failing, shown), noise))
+        objection = objection_to(noisy, fitted, names, failing, shown)
+        rivals.append(Rival(names, fit, not objection, noise, objection))
     return rivals
 
 
-def explains(
+def objection_to(
     state: CalibratedStudy, fitted: Fit, names: Sequence[str], failing: frozenset[str], shown: Sequence[Signature]
-) -> bool:
-    """Whether a fit with some effects leaves neither lack of fit, nor drift, nor another candidate's signature.
+) -> str:
+    """What a fit with some effects leaves: lack of fit, drift, or another candidate's signature; empty where it explains.
 
     Parameters
     ----------
@@ -145,12 +149,22 @@ def explains(
     concerned = np.array([state.model.cases[c].rig in rigs for c in state.cells.case])
     overall = lack_of_fit(fitted, state.cells)
     local = lack_of_fit(fitted, state.cells, concerned)
-    if (overall is not None and overall < LEFT_OVERALL) or (local is not None and local < LEFT_OVER):
-        return False
+    if overall is not None and overall < LEFT_OVERALL:
+        return f"it leaves lack of fit, p {probability(overall)} (refused below {LEFT_OVERALL:g})"
+    if local is not None and local < LEFT_OVER:
+        where = ", ".join(sorted(rigs))
+        return f"it leaves lack of fit in {where}, p {probability(local)} (refused below {LEFT_OVER:g})"
     left = constancy_tests(replace(state, fit=fitted), rigs, birge=False)
     if left and left[0].p < LEFT_DRIFT:
-        return False
-    return signature_left(state, fitted, names, shown) >= LEFT_NAMED
+        worst = left[0]
+        return (
+            f"with it {worst.parameter} still drifts with {worst.condition} ({worst.rig}), p {probability(worst.p)} "
+            f"(refused below {LEFT_DRIFT:g})"
+        )
+    p, other = signature_left(state, fitted, names, shown)
+    if p < LEFT_NAMED:
+        return f"it leaves the signature of {other}, p {probability(p)} (refused below {LEFT_NAMED:g})"
+    return ""
 
 
 def failing_rigs(state: CalibratedStudy) -> frozenset[str]:
@@ -159,18 +173,22 @@ def failing_rigs(state: CalibratedStudy) -> frozenset[str]:
     return frozenset(drifting | {rig for rig, p in lack_by_rig(state).items() if p < LACK_IN_A_RIG})
 
 
-def signature_left(state: CalibratedStudy, fitted: Fit, names: Sequence[str], shown: Sequence[Signature]) -> float:
-    """p of the largest score of the other candidates' signatures on what a fit leaves."""
-    units = np.array([s.unit for s in shown if s.effect not in names])
-    if not len(units):
-        return 1.0
-    basis = absorbed_basis(fitted.jacobian)
+def signature_left(
+    state: CalibratedStudy, fitted: Fit, names: Sequence[str], shown: Sequence[Signature]
+) -> tuple[float, str]:
+    """p of the largest score of the other candidates' signatures on what a fit leaves, and whose it is."""
+    others = [s for s in shown if s.effect not in names]
+    if not others:
+        return 1.0, ""
+    units, basis = np.array([s.unit for s in others]), absorbed_basis(fitted.jacobian)
     seen = units - (units @ basis) @ basis.T
     size = np.linalg.norm(seen, axis=1)
-    seen, size = seen[size > DISTINCT], size[size > DISTINCT]
+    tested = np.flatnonzero(size > DISTINCT)
     dof = len(fitted.residual) - basis.shape[1]
-    if not len(seen) or dof < 2:
-        return 1.0
-    unit = seen / size[:, None]
+    if not len(tested) or dof < 2:
+        return 1.0, ""
+    unit = seen[tested] / size[tested, None]
     z = standardised(fitted.residual[None], unit, basis, state.cells, two_sided=False)[0]
-    return exceedance(largest_null(unit, basis, state.cells, two_sided=False), z.max())
+    return exceedance(largest_null(unit, basis, state.cells, two_sided=False), z.max()), others[
+        tested[z.argmax()]
+    ].effect

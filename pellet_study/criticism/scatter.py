@@ -5,6 +5,7 @@ The cells of one rig and observable are a group, whose standard deviations are f
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass, fields, replace
+from decimal import Decimal
 
 import numpy as np
 from scipy import stats
@@ -17,6 +18,7 @@ ENOUGH_FOR_A_RULE = 4  # stated sds of fewer rows can follow one by chance
 # p of equal scatter below which rows keep their own; at 1 % one honest data set in 25 would lose its pooling
 AGREE = 1e-4
 CONTRADICTED = 1e-3  # p of the replicates' scatter below which the stated sd is not believed; chance gives 1 in 1000
+EQUAL = 1e-9  # of a reading; replicates that differ by less are equal but for rounding
 RULE_WIDTH = 0.05  # of ln sd about a rule: printed with two or three digits, sds are rounded by as much
 
 
@@ -29,6 +31,8 @@ class Readings:
     stated : sd of one reading, nan where any row of the cell leaves it blank
     mean, within : cell means, and the sums of squares of the rows about them
     count, rows : how many readings and how many rows there are in each cell
+    resolution : the instrument's smallest step, 0 where it is not given
+    step : the last digit that is written of the readings
     """
 
     stated: np.ndarray
@@ -36,6 +40,8 @@ class Readings:
     within: np.ndarray
     count: np.ndarray
     rows: np.ndarray
+    resolution: np.ndarray
+    step: np.ndarray
 
     @property
     def repeats(self) -> np.ndarray:
@@ -75,7 +81,37 @@ def readings_of(cells: Sequence[Sequence[Measurement]]) -> Readings:
     count = np.array([sum(row.n for row in cell) for cell in cells], dtype=float)
     mean = np.array([sum(row.n * row.value for row in cell) for cell in cells]) / count
     within = np.array([sum(row.n * (row.value - m) ** 2 for row in cell) for cell, m in zip(cells, mean, strict=True)])
-    return Readings(stated, mean, within, count, np.array([len(cell) for cell in cells], dtype=float))
+    resolution = np.array([max(row.resolution for row in cell) for cell in cells])
+    step = np.array([last_digit([row.value for row in cell]) for cell in cells])
+    return Readings(stated, mean, within, count, np.array([len(c) for c in cells], dtype=float), resolution, step)
+
+
+def last_digit(values: Sequence[float]) -> float:
+    """The place of the last digit of some readings as they are written, at most 1: 0.1 of 31.2 and 30."""
+    exponents = [Decimal(repr(float(value))).normalize().as_tuple().exponent for value in values]
+    return 10.0 ** min(0, *(int(exponent) for exponent in exponents))
+
+
+def no_less_than_resolution(
+    what: str, pooled: np.ndarray, size: np.ndarray, resolution: np.ndarray, step: np.ndarray
+) -> tuple[np.ndarray, tuple[str, ...]]:
+    """Standard deviations from replicates, at least the instrument's resolution; where all replicates are equal and it is
+    not given, at least the last digit written, which is said.
+
+    Parameters
+    ----------
+    pooled, size, resolution, step : (n,) standard deviations, |means|, as `Readings` has them
+    """
+    least = resolution
+    warnings: tuple[str, ...] = ()
+    if (pooled <= EQUAL * size).all() and not resolution.all():
+        assumed = float(step.min())
+        least = np.where(resolution > 0, resolution, assumed)
+        warnings = (
+            f"{what}: all replicates are equal, so they cannot tell the scatter of a reading; its sd is assumed to be the last "
+            f"digit written, {assumed:g}; give the instrument's smallest step in a column resolution, or sd",
+        )
+    return np.maximum(pooled, least), warnings
 
 
 def sd_of_group(rig: str, observable: str, readings: Readings) -> GroupSd:
@@ -107,12 +143,15 @@ def sd_where_blank(rig: str, observable: str, readings: Readings, blank: np.ndar
         dofs = np.where(blank, readings.repeats, 0.0)
         own = np.zeros(len(blank))
         own[dofs > 0] = np.sqrt(readings.within[dofs > 0] / dofs[dofs > 0])
-        pooled = pooled_sd(readings.mean, own, dofs)
-        if (pooled > 0).all():
-            sd[blank] = pooled[blank]
-            return GroupSd(sd, known, dof=dofs.sum())
-        warning = f"{rig}: all replicates are equal, so they cannot tell the scatter of a reading"
-        return GroupSd(sd, ~blank, warnings=(warning,))
+        pooled, warnings = no_less_than_resolution(
+            f"{rig} {observable}",
+            pooled_sd(readings.mean, own, dofs),
+            np.abs(readings.mean),
+            readings.resolution,
+            readings.step,
+        )
+        sd[blank] = pooled[blank]
+        return GroupSd(sd, known, dof=dofs.sum(), warnings=warnings)
     if blank.all():
         return GroupSd(sd, ~blank)
     sd[blank] = np.sqrt(np.nanmean(sd**2))
@@ -122,7 +161,11 @@ def sd_where_blank(rig: str, observable: str, readings: Readings, blank: np.ndar
 def sd_where_stated(rig: str, observable: str, readings: Readings) -> GroupSd:
     """Stated standard deviations of a group, steadied where few readings are behind each, widened where replicates
     contradict them."""
-    sd, known, by_rule = readings.stated, np.ones(len(readings.stated), dtype=bool), False
+    sd, known, by_rule = (
+        np.maximum(readings.stated, readings.resolution),
+        np.ones(len(readings.stated), dtype=bool),
+        False,
+    )
     dofs = readings.count - readings.rows  # of what is behind a stated sd: its own readings
     if (dofs > 0).all():
         if not _by_rule(readings.mean, sd):

@@ -1,5 +1,6 @@
 """Score tests: how far the residuals lie along given directions, and how far the largest of them would by chance."""
 
+from collections.abc import Iterator
 from functools import lru_cache
 
 import numpy as np
@@ -12,6 +13,7 @@ SEED = 20260101  # any number will do
 # share of a direction that must survive the calibration to be tested: of less, what shows with three standard errors
 # changes the readings by a hundred, over which no model is linear
 VISIBLE = 0.03
+KEPT_CELLS = 2_000  # cells up to which all draws are kept: 40 MB
 
 
 def visible(directions: np.ndarray, basis: np.ndarray) -> np.ndarray:
@@ -32,6 +34,22 @@ def _noise(group: tuple[int, ...], group_dof: tuple[int, ...]) -> np.ndarray:
             in_group = np.array(group) == number
             noise[:, in_group] /= np.sqrt(rng.chisquare(dof, (DRAWS, 1)) / dof)
     return noise.astype(np.float32)
+
+
+def _noise_of(group: tuple[int, ...], group_dof: tuple[int, ...]) -> Iterator[np.ndarray]:
+    """`_noise` whole, or for more cells than are kept in memory block by block, from streams of their own."""
+    if len(group) <= KEPT_CELLS:
+        yield _noise(group, group_dof)
+        return
+    normal = np.random.default_rng(SEED)
+    scales = [np.random.default_rng([SEED, number]) for number in range(len(group_dof))]
+    number_of, size = np.array(group), max(1, DRAWS * KEPT_CELLS // (10 * len(group)))
+    for first in range(0, DRAWS, size):
+        noise = normal.standard_normal((min(size, DRAWS - first), len(group)), dtype=np.float32)
+        for number, (dof, scale) in enumerate(zip(group_dof, scales, strict=True)):
+            if dof > 0:
+                noise[:, number_of == number] /= np.sqrt(scale.chisquare(dof, (len(noise), 1)) / dof).astype(np.float32)
+        yield noise
 
 
 def standardised(
@@ -83,12 +101,16 @@ def largest_null(
 ) -> np.ndarray:
     """Sorted draws of the largest standardised score over readings that hide nothing."""
     group, known = groups_of(cells)
-    noise, unit = _noise(tuple(group.tolist()), known), unit.astype(np.float32)
+    unit = unit.astype(np.float32)
     if birge or not cells.scale_known:
         basis = basis.astype(np.float32)
-        noise = noise - (noise @ basis) @ basis.T
-    z = standardised(noise, unit, basis, cells, two_sided, birge)
-    return np.sort((np.abs(z) if two_sided else z).max(axis=1))
+    largest = []
+    for noise in _noise_of(tuple(group.tolist()), known):
+        if birge or not cells.scale_known:
+            noise = noise - (noise @ basis) @ basis.T
+        z = standardised(noise, unit, basis, cells, two_sided, birge)
+        largest.append((np.abs(z) if two_sided else z).max(axis=1))
+    return np.sort(np.concatenate(largest))
 
 
 def exceedance(null: np.ndarray, value: float) -> float:

@@ -2,10 +2,12 @@
 
 from collections.abc import Sequence
 
-from pellet_study.criticism import answers, facts
+from pellet_study.criticism import answers, facts, fit_facts
 from pellet_study.criticism.compare import Comparison
 from pellet_study.criticism.diagnose import Diagnosis
-from pellet_study.criticism.facts import Candidate, Constant, Proposal
+from pellet_study.criticism.facts import Candidate, Proposal
+from pellet_study.criticism.fit_facts import Constant
+from pellet_study.criticism.grades import RULE
 from pellet_study.criticism.refine import Refinement
 from pellet_study.criticism.verdicts import Verdict
 from pellet_study.output.style import unit_in_words
@@ -24,51 +26,88 @@ def comparison_page(study: Study, compared: Comparison) -> str:
     """One page: the fit, where it fails, the constants, every row."""
     answer = answers.comparison(compared)
     fitted = sum(row["split"] == "fit" for row in answer["rows"])
-    words = facts.failures(answer)
+    left_out = f", {len(compared.left_out)} left out" if compared.left_out else ""
     lines = [
-        f"{study.title}: {fitted} rows fitted, {len(compared.rows) - fitted} held out; rigs {', '.join(study.rigs)}",
+        f"{study.title}: {fitted} rows fitted, {len(compared.rows) - fitted} held out{left_out}; rigs {', '.join(study.rigs)}",
         f"model: {facts.model_name(compared.effects)}",
+        *assumed_lines(study),
         "",
         *fit_lines(answer),
         "",
-        "WHERE  " + (("\n       ").join(words) if words else "no calibrated constant drifts with a condition"),
+        "WHERE  " + "\n       ".join(fit_facts.where_words(answer)),
         "",
         f"{'constant':40s}{'value':>10s}   95 % interval",
-        *map(constant_line, facts.constants(answer)),
+        *(line for constant in fit_facts.constants(answer) for line in constant_lines(constant)),
         "",
         *rows_table(answer["rows"], [row.row.note for row in compared.rows]),
+        *left_out_lines(answer["left_out"]),
         *warning_lines(compared.warnings),
     ]
     return fold(lines)
 
 
-def fit_lines(comparison: dict) -> list[str]:
-    """How well a model fits, and its error."""
-    fit = facts.fit_words(comparison)
+def assumed_lines(study: Study) -> list[str]:
+    """What the answer rests on that no file of the study says; nothing where everything is given."""
+    words = facts.assumed_words(study)
+    return [f"assumed: {words} (defaults, as no file of the study gives them)"] if words else []
+
+
+def graded_lines(comparison: dict) -> list[str]:
+    """How well a model fits, and by which rule."""
+    fit = fit_facts.fit_words(comparison)
     if fit is None:
-        lines = ["FIT    neither sd nor replicates: how well the model fits cannot be judged from these data"]
-    else:
+        return ["FIT    neither sd nor replicates: how well the model fits cannot be judged from these data"]
+    return [f"FIT    chi2 = {number(comparison['chi2'])} on {comparison['dof']}; {fit}", f"       rule: {RULE}"]
+
+
+def fit_lines(comparison: dict) -> list[str]:
+    """How well a model fits, by which rule, and its error."""
+    lines = graded_lines(comparison)
+    if comparison["chi2"] is not None:
         excuse = [f"{rig} {number(percent, 2)} %" for rig, percent in comparison["needed_setup_percent"].items()]
-        lines = [
-            f"FIT    chi2 = {number(comparison['chi2'])} on {comparison['dof']}; "
-            f"lack of fit p {probability(comparison['lack_of_fit_p'])}: {fit}",
-            f"       set-up scatter that would excuse it: {', '.join(excuse)}",
-        ]
+        lines.append(f"       set-up scatter that would excuse it: {', '.join(excuse)}")
     if comparison["rms_error"] is not None:
         held_out = comparison["holdout_rms_error"]
         lines.append(
-            f"       rms error {number(comparison['rms_error'], 3)} {unit_in_words(comparison['rms_error_unit'])}"
+            f"       rms error {error_words(comparison['rms_error'], comparison['rms_error_unit'])}"
             f"{'' if held_out is None else f'; held out {number(held_out, 3)}'}"
         )
+    if comparison["holdout_p"] is not None:
+        lines.append(f"       rows held out: {fit_facts.held_out_words(comparison)}")
     return lines
 
 
-def constant_line(constant: Constant) -> str:
-    """A constant, its interval and what is wrong with it."""
+def error_words(error: float, unit: str) -> str:
+    """An error with its unit; a number has none."""
+    return number(error, 3) + ("" if unit in ("1", "") else f" {unit_in_words(unit)}")
+
+
+def constant_lines(constant: Constant) -> list[str]:
+    """A constant and its interval, and below what is wrong with it."""
     line = f"{constant.name:40s}{number(constant.value):>10s}   "
     if constant.interval is None:
-        return f"{line}fixed"
-    return f"{line}{' to '.join(map(number, constant.interval))}{''.join(f'   {words}' for words in constant.remarks)}"
+        return [f"{line}fixed"]
+    return [f"{line}{' to '.join(map(number, constant.interval))}", *(f"    {words}" for words in constant.remarks)]
+
+
+def columns_used(row: dict) -> str:
+    """What the fit takes of a row beside its value and conditions: `sd 0.5, n 3, setup a, setup_sd 0.2`."""
+    parts = [] if row["sd"] is None else [f"sd {number(row['sd'], 3)}"]
+    parts += [f"n {row['n']}"] if row["n"] > 1 else []
+    parts += [f"setup {row['setup']}"] if row["setup"] else []
+    parts += [f"setup_sd {number(row['setup_sd'], 3)}"] if row["setup_sd"] else []
+    return ", ".join([*parts, *(f"{name} {number(value)}" for name, value in row["parameters"].items())])
+
+
+def left_out_lines(rows: Sequence[dict]) -> list[str]:
+    """Rows that nothing is made of, and why."""
+    if not rows:
+        return []
+    lines = ["", "left out (split leave_out): used for nothing"]
+    for row in rows:
+        conditions = ", ".join(f"{c} {number(v)}" for c, v in row["conditions"].items())
+        lines.append(f"{row['rig']:18s}{number(row['value']):>10s}  {conditions}: {row['reason']}")
+    return lines
 
 
 def rows_table(rows: Sequence[dict], notes: Sequence[str], most: int = MOST_ROWS) -> list[str]:
@@ -79,15 +118,17 @@ def rows_table(rows: Sequence[dict], notes: Sequence[str], most: int = MOST_ROWS
     if len(rows) > most:
         shown = sorted(shown, key=lambda item: -facts.misfit(item[0]))[:most]
         head += f"   (the worst {most} of {len(rows)})"
-    lines = [head]
+    lines, used = [head], {columns_used(row) for row in rows}
     for row, note in shown:
-        conditions = ", ".join(f"{c} {number(v)}" for c, v in row["conditions"].items() if c in varied)
+        parts = [f"{c} {number(v)}" for c, v in row["conditions"].items() if c in varied] or [note]
+        conditions = ", ".join(filter(None, [*parts, columns_used(row) if len(used) > 1 else ""]))
         z = "-" if row["z"] is None else f"{row['z']:.1f}"
         held_out = "  held out" if row["split"] == "holdout" else ""
         lines.append(
-            f"{row['rig']:18s}{number(row['value']):>10s}{number(row['predicted']):>11s}{z:>7s}  "
-            f"{conditions or note}{held_out}"
+            f"{row['rig']:18s}{number(row['value']):>10s}{number(row['predicted']):>11s}{z:>7s}  {conditions}{held_out}"
         )
+    if len(used) == 1 and (same := used.pop()):
+        lines.append(f"in every row: {same}")
     return lines
 
 
@@ -149,16 +190,17 @@ def next_words(proposal: Proposal) -> str:
 
 def answer_lines(study: Study, diagnosed: Diagnosis) -> list[str]:
     """The verdict, what each named effect is, and what to measure next."""
-    answer = answers.diagnosis(diagnosed)
+    answer, compared = answers.diagnosis(diagnosed), answers.comparison(diagnosed.comparison)
     finding = facts.finding(answer)
     words = {
-        Verdict.ADEQUATE: facts.adequacy(answers.comparison(diagnosed.comparison)),
+        Verdict.ADEQUATE: fit_facts.adequacy(compared),
         Verdict.UNDECIDED: "a fit on which the answer rests did not end (see the notes)",
         Verdict.UNEXPLAINED: "the model fails, and no candidate of a plausible size repairs it",
-        Verdict.MISSING: finding.names,
-        Verdict.TIED: f"{finding.names} explain it alike",
+        Verdict.MISSING: f"{finding.names}{held_out_too(answer)}",
+        Verdict.TIED: f"{finding.names} explain it alike{held_out_too(answer)}",
     }
     lines = [f"ANSWER {finding.verdict}: {words[Verdict(finding.verdict)]}"]
+    lines += [f"       {line}" for line in beside_the_verdict(answer)]
     for effect in facts.described(study.catalogue, finding.effects):
         lines.append(f"       {effect.name}: {effect.means}. {effect.formula}  [{effect.source}]")
         lines += [f"         would show in {rig}: {where}" for rig, where in effect.rigs.items()]
@@ -174,15 +216,58 @@ def answer_lines(study: Study, diagnosed: Diagnosis) -> list[str]:
     return lines
 
 
-def diagnosis_page(study: Study, diagnosed: Diagnosis) -> str:
-    """One page: where it fails, the ranking, the answer."""
+def held_out_too(answer: dict) -> str:
+    """That the rows held out contradict the model that is diagnosed, and what they say of the explanations."""
+    if not answer["holdout_contradicts"]:
+        return ""
+    said = f"; the rows held out contradict the model without it (p {probability(answer['holdout_p'])}; the limit is "
+    said += f"{answer['holdout_limit_p']:g})"
+    for contradicted, words in ((True, "contradict it with"), (False, "agree with it with")):
+        names = [" + ".join(r["effects"]) for r in answer["rivals"] if r["holdout_contradicts"] == contradicted]
+        said += f", {words} {', '.join(names)}" if names else ""
+    return said
+
+
+def beside_the_verdict(answer: dict) -> list[str]:
+    """What stands beside a verdict: the nearest miss, what each explanation does to the error, what would change it."""
+    lines = [facts.fitted_too_words(answer), facts.undone_words(answer)]
+    miss = answer["nearest_miss"]
+    if miss is not None:
+        lines.append(f"nearest: {facts.miss_words(answer)}")
+    elif answer["verdict"] == Verdict.UNEXPLAINED:
+        lines.append(f"the worst row is {answer['worst_row']['words']}")
+    return [*filter(None, lines), *errors_table(answer)]
+
+
+def errors_table(answer: dict) -> list[str]:
+    """What each explanation would do to the error, beside the present model."""
+    rows = facts.errors(answer)
+    if not rows:
+        return []
+    unit = answer["present"]["rms_error_unit"]
+    said = "" if unit in ("1", "") else f" (rms in {unit_in_words(unit)})"
+    lines = [
+        f"what each would do to the error{said}",
+        f"{'added':27s}{'chi2':>9s}{'rms':>8s}{'held out':>10s}{'its p':>9s}",
+    ]
+    for row in rows:
+        lines.append(
+            f"{' + '.join(row['effects']) or 'nothing':27s}{number(row['chi2']):>9s}{number(row['rms_error'], 3):>8s}"
+            f"{number(row['holdout_rms_error'], 3):>10s}{probability(row['holdout_p']):>9s}"
+        )
+    return lines
+
+
+def diagnosis_page(study: Study, diagnosed: Diagnosis, assumed: bool = True) -> str:
+    """One page: where it fails, the ranking, the answer; what is assumed on top unless that stands above it."""
     comparison = answers.comparison(diagnosed.comparison)
     lines = [
         f"{study.title}: model {facts.model_name(comparison['effects'])}",
-        f"chi2 = {number(comparison['chi2'])} on {comparison['dof']}, "
-        f"lack of fit p {probability(comparison['lack_of_fit_p'])}; "
-        f"is any candidate needed? p {probability(diagnosed.gate_p)} (over all candidates together)",
-        *(f"WHERE  {words}" for words in facts.failures(comparison)[:3]),
+        *(assumed_lines(study) if assumed else []),
+        *graded_lines(comparison),
+        f"       is any candidate needed? p {probability(diagnosed.gate_p)} over all candidates together; one is below "
+        f"{diagnosed.gate:g}",
+        *(f"{'       ' if k else 'WHERE  '}{words}" for k, words in enumerate(fit_facts.failures(comparison)[:4])),
         "",
         *ranking_table(facts.candidates(study.catalogue, answers.diagnosis(diagnosed))),
         "",
@@ -208,7 +293,13 @@ def ladder(steps: Sequence[dict]) -> list[str]:
 def refinement_page(study: Study, refined: Refinement, steps: Sequence[dict]) -> str:
     """One page: the ladder and the last diagnosis."""
     added = ", ".join(refined.added) or "nothing"
-    lines = [f"{study.title}: added {added}; verdict {refined.verdict}", "", *ladder(steps), ""]
+    lines = [
+        f"{study.title}: added {added}; verdict {refined.verdict}",
+        *assumed_lines(refined.study),
+        "",
+        *ladder(steps),
+        "",
+    ]
     for k, diagnosis in enumerate(refined.diagnoses):
-        lines += [f"--- diagnosis {k + 1}", diagnosis_page(refined.study, diagnosis), ""]
+        lines += [f"--- diagnosis {k + 1}", diagnosis_page(refined.study, diagnosis, assumed=False), ""]
     return fold(lines).rstrip()

@@ -1,5 +1,7 @@
-"""The words an answer may give, as enumerations whose values stand in the JSON."""
+"""The words an answer may give, as enumerations whose values stand in the JSON, and what would change a verdict."""
 
+from collections.abc import Mapping
+from dataclasses import dataclass
 from enum import StrEnum
 
 
@@ -13,6 +15,14 @@ class Verdict(StrEnum):
     UNEXPLAINED = "unexplained"  # the model fails, and no candidate repairs it
 
 
+class Grade(StrEnum):
+    """Does the model fit?"""
+
+    FITS = "fits"
+    DOUBTFUL = "doubtful"
+    FAILS = "does not fit"
+
+
 class Note(StrEnum):
     """What speaks against a candidate effect; empty where nothing does."""
 
@@ -21,3 +31,26 @@ class Note(StrEnum):
     IMPLAUSIBLE_SIZE = "implausible size"
     NOT_SHOWN = "these data cannot show it"
     NOT_SIMULATED = "its simulations failed: not judged"
+
+
+@dataclass(frozen=True)
+class Undone:
+    """The least set-up scatter, declared nowhere, that would undo a verdict, and the verdict it would leave.
+
+    `standard_errors` is in those of a cell mean, at most one; `by_rig` maps a rig to the same as {observable: scatter in its
+    unit}, at the median standard error of its cells.
+    """
+
+    standard_errors: float
+    verdict: Verdict
+    effects: tuple[tuple[str, ...], ...]
+    by_rig: Mapping[str, Mapping[str, float]]
+
+
+@dataclass(frozen=True)
+class FittedToo:
+    """Held-out conditions whose rows, were they fitted too, would let an effect be named: [{rig, condition: value}]."""
+
+    conditions: tuple[Mapping[str, str | float], ...]
+    verdict: Verdict
+    effects: tuple[tuple[str, ...], ...]

@@ -2,9 +2,10 @@
 
 Imports go one way, left may be imported by right:
 
-    factors, blocks, published_designs, composite < columns, levels < design_table < linear_model < lenth
+    factors, blocks, published_designs, composite < columns, levels < design_table < linear_model < importance, lenth
     < plackett_burman < box_behnken < coded_box, transformation, selection, goals < fitted_response < desirability
     < pieces < joint_set < overlay, steepest_climb, optimum, validation, blocking, categorical
     < run_sheet, fold_over, augment, power < planned_table, repair, score
-    < path_table, cautions, answers, labels < response_answers, figures < text < design_text, response_text
+    < path_table, cautions, answers, labels < response_answers, figures/effects, figures/climbs, figures/residuals,
+    figures/sections < figures/contours, figures/regions < text < design_text, response_text
 """

@@ -225,7 +225,7 @@ def fit_surface(table: DesignTable, terms: dict[str, tuple[int, ...]], alpha: fl
         lack_of_fit_p=lack_of_fit_p,
         pure_error_df=pure_df,
         vif={name: value for name, value in variance_inflation(model).items() if name in terms},
-        runs=_diagnostics(model),
+        runs=diagnostics(model),
         normality=_normality(model),
         box_cox=box_cox(model, alpha) if variance else None,
         stationary=_stationary(model),
@@ -261,7 +261,7 @@ def _adequate_precision(model: LinearFit) -> float | None:
     return float(np.ptp(model.fitted) / np.sqrt(size * model.mean_square_error / runs))
 
 
-def _diagnostics(model: LinearFit) -> Runs:
+def diagnostics(model: LinearFit) -> Runs:
     r"""Leverage h, R-student :math:`e/(s_{(i)}\sqrt{1-h})`, Cook's D :math:`e^2 h/(p s^2 (1-h)^2)`.
 
     A run with leverage 1 is fitted exactly whatever it reads, and has neither R-student nor Cook's D (NaN).

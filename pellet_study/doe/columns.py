@@ -11,8 +11,8 @@ import pandas as pd
 from pellet_study.doe.blocks import Block, checked
 from pellet_study.errors import InputError
 from pellet_study.tables import rows as table_rows
-from pellet_study.tables.headers import found_in, role, split_unit
-from pellet_study.tables.numbers import MISSING, is_number, number
+from pellet_study.tables.headers import found_in, role, says_run_order, split_unit
+from pellet_study.tables.numbers import MISSING, SIZES, fits, is_number, number
 
 SIGNS = {
     "+": 1.0,
@@ -43,6 +43,8 @@ class Columns:
     blocks : list of Block
     left_out : list of str
         Columns that are neither factor nor response nor block.
+    order : Series (n_runs,) or None
+        In which order the runs were made, where a column that was left out says so; its name is the column's.
     """
 
     frame: pd.DataFrame
@@ -50,6 +52,7 @@ class Columns:
     notes: list[str]
     blocks: list[Block] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)
+    order: pd.Series | None = None
 
 
 @dataclass(frozen=True)
@@ -195,7 +198,17 @@ def read_columns(
         checked(Block(name, tuple(raw.rows[k][1][raw.header.index(name)] for k in used)), str(path))
         for name in dict.fromkeys(known["use as block"])
     ]
-    return Columns(frame, lines, notes + failed, found, [name for name, why in left_out if why != "empty"])
+    order = _run_order(raw, [name for name, why in left_out if why == "order of the runs"], used)
+    return Columns(frame, lines, notes + failed, found, [name for name, why in left_out if why != "empty"], order)
+
+
+def _run_order(raw: Raw, names: Sequence[str], used: Sequence[int]) -> pd.Series | None:
+    """The column that says in which order the runs used were made, if there is one with a number for each."""
+    for name in filter(says_run_order, names):
+        cells = [raw.rows[k][1][raw.header.index(name)] for k in used]
+        if all(is_number(cell, raw.decimal) for cell in cells):
+            return pd.Series([number(cell, raw.decimal) for cell in cells], name=name)
+    return None
 
 
 def _response_last(raw: Raw, response: str, taken: Sequence[str], path: Path) -> Raw:
@@ -226,7 +239,7 @@ def _counts(cells: list[str]) -> bool:
     filled = [cell for cell in cells if cell]
     if len(filled) < 2 or len(set(filled)) < len(filled):
         return False
-    return all(float(cell).is_integer() for cell in filled if is_number(cell))
+    return all(number(cell).is_integer() for cell in filled if is_number(cell))
 
 
 def _role(raw: Raw, i: int) -> tuple[str | None, str | None]:
@@ -318,6 +331,10 @@ def _numbers(raw: Raw, kept: list[int], path: Path, words: dict[int, dict[str, f
                 raise InputError(
                     f"column {raw.header[i]!r}, row {line} of {path}: {row[i]!r} is not a number; expected a level of the "
                     f"factor or the measured response with a decimal {sign} (leave the response of a failed run empty)"
+                )
+            if i not in signs and not fits(number(row[i], raw.decimal)):
+                raise InputError(
+                    f"column {raw.header[i]!r}, row {line} of {path}: {row[i]!r}: expected {SIZES}; write it in another unit"
                 )
         values.append(
             [

@@ -14,6 +14,7 @@ from itertools import combinations, product
 import numpy as np
 
 from pellet_study.errors import InputError
+from pellet_study.tables.numbers import number_given
 
 FRACTIONS = {
     5: ("ABCD",),
@@ -78,7 +79,7 @@ def axial_distance(axial: str | float, n_factors: int, n_corners: float, centre=
         in_cube, in_axial = centre
         return float(np.sqrt(n_corners * (2 * n_factors + in_axial) / (2 * (n_corners + in_cube))))
     try:
-        distance = float(axial)
+        distance = number_given(axial) if isinstance(axial, str) else float(axial)
     except (TypeError, ValueError):
         distance = np.nan
     if not 0.5 <= distance <= 10:

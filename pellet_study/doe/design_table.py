@@ -37,6 +37,8 @@ class DesignTable:
         Groups of runs that may differ in level.
     left_out : list of str
         Columns of the file that are neither factor nor response nor block.
+    order : Series (n_runs,) or None
+        In which order the runs were made, where the file says so.
     """
 
     factors: list[Factor]
@@ -46,6 +48,7 @@ class DesignTable:
     notes: list[str] = field(default_factory=list)
     blocks: list[Block] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)
+    order: pd.Series | None = None
 
     @property
     def names(self) -> list[str]:
@@ -93,9 +96,10 @@ def read_design(
     categories = {factor.name: factor.levels for factor in factors if factor.levels}
     found = read_columns(path, ignore, blocks, [factor.name for factor in factors], categories, response=response)
     words = [f"{name}: -1 is {levels[0]}, +1 is {levels[1]}" for name, levels in categories.items()]
-    return code_design(
+    table = code_design(
         found.frame, factors, found.lines, found.notes + words, max_levels, str(path), found.blocks, found.left_out
     )
+    return replace(table, order=found.order)
 
 
 def code_design(

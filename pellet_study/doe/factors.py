@@ -6,6 +6,7 @@ import numpy as np
 
 from pellet_study.errors import InputError
 from pellet_study.tables.headers import split_unit
+from pellet_study.tables.numbers import SIZES, fits, number, number_given
 
 
 @dataclass(frozen=True)
@@ -40,6 +41,10 @@ class Factor:
             raise InputError(
                 f"factor {self.name!r} has the levels {self.low:g} and {self.high:g}: expected two different "
                 "finite numbers; give the physical values of -1 and +1"
+            )
+        if not (fits(self.low) and fits(self.high)):
+            raise InputError(
+                f"factor {self.name!r} has the levels {self.low:g} and {self.high:g}: expected {SIZES}; give them in another unit"
             )
 
     @property
@@ -94,11 +99,16 @@ def parse_factor(text: str) -> Factor:
                 f"the factor {text!r} names a level twice: expected different words, such as {name}=old,new"
             )
         return Factor(name.strip(), levels=tuple(words))
-    low, high, unit = (levels.split(",") + ["", ""])[:3]
+    low, high, unit, *surplus = [*words, "", ""][: max(3, len(words))]
+    if surplus or _numeric(unit):
+        raise InputError(
+            f"the factor {text!r} has {len(words)} fields, of which {', '.join(filter(_numeric, words))} are numbers: expected "
+            "NAME=LOW,HIGH or NAME=LOW,HIGH,UNIT; a comma separates, so write decimal points, for example B=0.90,0.82"
+        )
     try:
         if not name.strip():
             raise ValueError
-        return Factor(name.strip(), float(low), float(high), unit.strip())
+        return Factor(name.strip(), number_given(low), number_given(high), unit)
     except ValueError:
         raise InputError(
             f"the factor {text!r} was not understood: expected NAME=LOW,HIGH or NAME=LOW,HIGH,UNIT with LOW "
@@ -108,7 +118,7 @@ def parse_factor(text: str) -> Factor:
 
 def _numeric(word: str) -> bool:
     try:
-        float(word)
+        number(word)
     except ValueError:
         return False
     return True
@@ -134,7 +144,7 @@ def parse_levels(text: str) -> dict[str, float]:
     """{name: level} from `A=1.5,B=2`."""
     try:
         pairs = [word.split("=") for word in text.split(",")]
-        return {name.strip(): float(level) for name, level in pairs}
+        return {name.strip(): number_given(level) for name, level in pairs}
     except ValueError:
         raise InputError(
             f"{text!r} was not understood: expected NAME=LEVEL,NAME=LEVEL, such as B=0.887,C=0.319"
@@ -152,7 +162,8 @@ def parse_range(text: str) -> tuple[str, tuple[float, float]]:
 def rounded(values, scale: float):
     """Levels without the noise of their computation: ten decimals, of a quantity below 0.1 ten digits, whatever its unit."""
     decimals = 10 if scale >= 0.1 or scale <= 0 else 9 - int(np.floor(np.log10(scale)))
-    return np.round(np.asarray(values, dtype=float), decimals) if decimals < 300 else np.asarray(values, dtype=float)
+    whole = np.round(np.asarray(values, dtype=float), decimals)
+    return whole if decimals < 17 else np.vectorize(lambda value: float(f"{value:.12g}"), otypes=[float])(whole)
 
 
 def physical_design(coded, factors: list[Factor]):

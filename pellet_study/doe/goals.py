@@ -14,6 +14,7 @@ import numpy as np
 from pellet_study.errors import InputError
 
 KINDS = ("target", "maximise", "minimise", "limits")
+ROUNDING = 1e-9  # share of a limit by which a value at it may seem to lie beyond
 
 
 @dataclass(frozen=True)
@@ -91,8 +92,9 @@ class Goal:
         return np.maximum(low - y, y - high)
 
     def met(self, response) -> np.ndarray:
-        """Whether values are acceptable, the limits themselves included."""
-        return self.miss(response) <= 0
+        """Whether values are acceptable, the limits themselves included but for rounding."""
+        ends = [abs(end) for end in self.accepted if np.isfinite(end)]
+        return self.miss(response) <= ROUNDING * max(ends, default=0.0)
 
     def desirability(self, response) -> np.ndarray:
         """d of response values, 0 to 1."""

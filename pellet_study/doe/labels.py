@@ -1,9 +1,8 @@
 """Names of factors and responses as figures can show them: folded where long, in words where no font has the letters."""
 
-import textwrap
 from collections.abc import Callable, Sequence
 
-from pellet_study.output import fonts
+from pellet_study.output import fonts, style
 from pellet_study.tables.headers import split_unit
 
 LONG = 16
@@ -44,6 +43,11 @@ def degraded(names: Sequence[str], *responses: str) -> list[str]:
     ]
 
 
+def letter(i: int) -> str:
+    """What stands for the i-th of some long names: A, B, ..., Z, A1, B1, ..."""
+    return chr(ord("A") + i % 26) + (str(i // 26) if i >= 26 else "")
+
+
 def folded(text: str, width: int = 30) -> str:
-    """A label in lines of so many letters."""
-    return "\n".join(textwrap.wrap(text, width, break_on_hyphens=True)) or text
+    """A label in lines of so many letters, of which Chinese and its like count double."""
+    return style.folded(text, width)

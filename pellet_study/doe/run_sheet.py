@@ -1,5 +1,8 @@
 """A design as a sheet to run: random order from a seed, standard order, blocks, units; as CSV or a workbook."""
 
+import errno
+import io
+import os
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -9,6 +12,7 @@ import pandas as pd
 from pellet_study.doe.blocking import inflation
 from pellet_study.doe.factors import Factor, physical_design
 from pellet_study.errors import InputError
+from pellet_study.files import writing
 
 RUN, STANDARD_ORDER, BLOCK = "run", "standard_order", "block"
 BOOKKEEPING = (RUN, STANDARD_ORDER, BLOCK)
@@ -120,12 +124,14 @@ def write_sheet(frame: pd.DataFrame, path: Path) -> None:
     Raises
     ------
     InputError
-        If openpyxl, which writes workbooks, is not installed.
+        If openpyxl, which writes workbooks, is not installed, or there is another table already.
     OSError
         If the place cannot be written to.
     """
+    if not path.absolute().parent.is_dir():
+        raise FileNotFoundError(errno.ENOENT, os.strerror(errno.ENOENT), str(path.parent))
     if path.suffix.lower() != WORKBOOK:
-        frame.to_csv(path, index=False)
+        writing.table(path, frame, ours=writing.nothing)
         return
     try:
         from openpyxl import Workbook
@@ -144,7 +150,9 @@ def write_sheet(frame: pd.DataFrame, path: Path) -> None:
         cell.font = Font(bold=True)
         sheet.column_dimensions[cell.column_letter].width = max(10, len(str(cell.value)) + 2)
     sheet.freeze_panes = "A2"
-    book.save(path)
+    content = io.BytesIO()
+    book.save(content)
+    writing.data(path, content.getvalue(), ours=writing.nothing)
 
 
 def _cell(value):

@@ -333,13 +333,6 @@ def _fall(score, place: int, sizes: list[int], scatter) -> tuple[float, float | 
     return fall, float(stdtrit(df, 0.95) * sd * np.sqrt(1 / sizes[place] + 1 / sizes[last]))
 
 
-def places_on(climb: Climb, runs: pd.DataFrame) -> np.ndarray:
-    """Where runs lie along a path (n_runs,), in its steps from its first point: the foot on its line, in coded units."""
-    coded = np.column_stack([factor.coded(runs[factor.name].to_numpy(dtype=float)) for factor in climb.factors])
-    step = climb.coded[1] - climb.coded[0]
-    return (coded - climb.coded[0]) @ step / (step @ step)
-
-
 def _along(levels: np.ndarray, names: list[str]) -> np.ndarray:
     """Positions of the runs along their line."""
     offsets = levels - levels[0]

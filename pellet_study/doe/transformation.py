@@ -14,6 +14,7 @@ import pandas as pd
 from pellet_study.doe.box_behnken import BoxCox
 from pellet_study.doe.design_table import DesignTable
 from pellet_study.errors import InputError
+from pellet_study.tables.numbers import number_given
 
 NAMED = {"log": 0.0, "sqrt": 0.5, "inverse": -1.0}
 USUAL = (-1.0, -0.5, 0.0, 0.5, 1.0, 2.0)
@@ -87,7 +88,7 @@ def parse_transformation(word: str) -> Transformation:
         If it is neither, or the power 1, which changes nothing.
     """
     try:
-        power = NAMED[word] if word in NAMED else float(word)
+        power = NAMED[word] if word in NAMED else number_given(word)
     except ValueError:
         power = np.nan
     if not np.isfinite(power) or power == 1 or abs(power) > 5:

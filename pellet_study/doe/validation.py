@@ -16,6 +16,7 @@ from pathlib import Path
 import numpy as np
 
 from pellet_study.errors import InputError
+from pellet_study.files import opening, writing
 
 
 @dataclass(frozen=True)
@@ -274,7 +275,7 @@ def declare_margin(path: Path, margin: float, unit: str = "", response: str | No
         return
     entry = {"margin": margin, "unit": unit}
     told = {**told, **entry} if response is None else {**told, "margins": {**told.get("margins", {}), response: entry}}
-    path.write_text(json.dumps(told, ensure_ascii=False) + "\n", encoding="utf-8")
+    writing.text(path, json.dumps(told, ensure_ascii=False) + "\n", ours=writing.anything)
 
 
 def read_margin(path: Path, response: str | None = None, only: bool = True) -> float:
@@ -321,7 +322,7 @@ def _margin_of(told: dict, response: str | None, only: bool) -> float | None:
 def _declared(path: Path) -> dict:
     """The file of declared margins: {"margins": {response: {"margin", "unit"}}}, or one {"margin", "unit"} without a name."""
     try:
-        told = json.loads(path.read_text(encoding="utf-8-sig"))
+        told = opening.json_in(path)
         entries = [*told.get("margins", {}).values(), *([told] if "margin" in told else [])]
         if not entries or any(
             isinstance(entry["margin"], bool) or not isinstance(entry["margin"], int | float) for entry in entries

@@ -12,6 +12,7 @@ import pandas as pd
 from numpy.typing import ArrayLike
 
 from pellet_study.errors import InputError
+from pellet_study.files import opening
 from pellet_study.output import style
 from pellet_study.output.style import styled
 from yade_scripts import heap
@@ -35,7 +36,7 @@ def read_grains(file: Path) -> tuple[np.ndarray, np.ndarray]:
     InputError : the file is no such table
     """
     try:
-        table = pd.read_csv(file, comment="#")
+        table = pd.read_csv(opening.stream(file), comment="#")
         grains = table[list(COLUMNS)].to_numpy(float)
     except (OSError, ValueError, KeyError) as error:
         raise InputError(f"{file}: expected a CSV with columns {', '.join(COLUMNS)} ({error})") from None

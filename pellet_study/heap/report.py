@@ -82,14 +82,16 @@ def _row(observable: str, value: float, sd: float | None, number: int) -> str:
 
 
 def draw(files: Sequence[Path], found: Sequence[Photograph], folder: Path) -> list[Path]:
-    """An overlay for each photograph, named after it; a name that repeats gets a number."""
+    """An overlay for each photograph, named after it; a name that repeats, or is a photograph's own, gets a number."""
+    taken = {file.resolve() for file in files}
     paths: list[Path] = []
     for file, photo in zip(files, found, strict=True):
         path = folder / f"{file.stem}.png"
         again = 2
-        while path in paths:
+        while path.resolve() in taken:
             path = folder / f"{file.stem}_{again}.png"
             again += 1
+        taken.add(path.resolve())
         paths.append(style.save(overlay(photo), path))
     return paths
 

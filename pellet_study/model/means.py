@@ -11,6 +11,7 @@ import numpy as np
 import pandas as pd
 
 from pellet_study.errors import SimulationError
+from pellet_study.files import opening, writing
 from pellet_study.model.sites import Point
 from pellet_study.rigs.on_yade import case
 from pellet_study.simulation import dispatch, yade
@@ -113,19 +114,18 @@ class Means:
             self._kept = {}
             file = self.store / "means.csv"
             if file.exists():
-                with open(file, newline="", encoding="utf-8", errors="replace") as stream:
-                    for row in csv.reader(stream):
-                        try:
-                            key, observable, mean, sd, n, lost, reason = row
-                            self._kept[key, observable] = Mean(float(mean), float(sd), int(n), int(lost), reason)
-                        except ValueError:  # the header, or a torn line: simulated again from stored cases
-                            continue
+                for row in csv.reader(opening.content(file).decode(errors="replace").splitlines()):
+                    try:
+                        key, observable, mean, sd, n, lost, reason = row
+                        self._kept[key, observable] = Mean(float(mean), float(sd), int(n), int(lost), reason)
+                    except ValueError:  # the header, or a torn line: simulated again from stored cases
+                        continue
         return self._kept
 
     def _remember(self, keys: Iterable[Key]) -> None:
         kept, file = self._remembered(), self.store / "means.csv"
         new = not file.exists()
-        with open(file, "a", newline="", encoding="utf-8") as stream:
+        with writing.appending(file) as stream:
             writer = csv.writer(stream)
             if new:
                 writer.writerow(COLUMNS)

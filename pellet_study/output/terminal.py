@@ -12,6 +12,8 @@ from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from typing import TextIO
 
+from pellet_study.output.words import plain
+
 WIDTH = 80  # columns of a page
 QUIET_S = 2.0  # work shorter than this is not announced
 HEADS = "FIT|WHERE|ANSWER|NEXT|NOTE"
@@ -39,6 +41,7 @@ def coloured(stream: TextIO) -> bool:
 
 def say(page: str) -> None:
     """Print a page; on a terminal long lines are folded, and the words its paragraphs begin with are bold."""
+    page = plain(page)
     if sys.stdout.isatty():
         page = fold(page.splitlines())
     print(BOLD.sub("\033[1m\\1\033[0m", page) if coloured(sys.stdout) else page)
@@ -48,13 +51,21 @@ def warn(messages: Iterable[str], noted: Collection[str] = ()) -> None:
     """Warnings, each once, on the error stream; on a terminal without those that the page just printed there has as notes."""
     told = noted if sys.stdout.isatty() and sys.stderr.isatty() else ()
     for message in dict.fromkeys(message for message in messages if message not in told):
-        text = f"warning: {message}"
+        text = plain(f"warning: {message}")
         print(f"\033[33m{text}\033[0m" if coloured(sys.stderr) else text, file=sys.stderr)
 
 
-def done(where: object, command: str | None = None) -> None:
-    """The last line of an answer: where the results are, which command comes next."""
-    say(f"\nresults: {where}" + (f"; next: pellet-study {command}" if command else ""))
+def complain(message: object) -> None:
+    """An error, or what is to be known of a run, on the error stream."""
+    print(plain(f"pellet-study: {message}"), file=sys.stderr)
+
+
+def done(where: object, command: str | None = None, first: str = "") -> None:
+    """The last line of an answer: where the results are, which command comes next, and what is to be done before it."""
+    say(
+        f"\nresults: {where}"
+        + (f"; next: {f'{first}, then ' if first else ''}pellet-study {command}" if command else "")
+    )
 
 
 @contextmanager

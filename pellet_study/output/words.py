@@ -1,7 +1,11 @@
 """Numbers, probabilities and names in words."""
 
+import re
 from collections.abc import Iterable
 from difflib import get_close_matches
+
+# control characters but for the end of a line and the tabulator; marks of direction, of bytes, and ends of lines
+ACTING = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff]")
 
 
 def number(value: float | str | None, digits: int = 4) -> str:
@@ -12,6 +16,19 @@ def number(value: float | str | None, digits: int = 4) -> str:
 def probability(p: float | None) -> str:
     """p in words a reader can use."""
     return "-" if p is None else ("< 0.001" if p < 0.001 else f"{p:.3f}")
+
+
+def plain(text: str) -> str:
+    """A text that a terminal or a page only shows, whatever stands in file names, notes and other programs' words.
+
+    Control characters, escape sequences and marks that turn the direction of writing around are written as `\\x1b`.
+    """
+    return ACTING.sub(lambda found: found[0].encode("unicode_escape").decode(), text)
+
+
+def shown(text: str) -> str:
+    """Foreign text as one plain line."""
+    return plain(" ".join(text.split()))
 
 
 def nearest(given: object, accepted: Iterable[str]) -> str:

@@ -6,6 +6,7 @@ import numpy as np
 import pandas as pd
 
 from pellet_study.doe import figures, optimum, steepest_climb
+from pellet_study.files import writing
 from pellet_study.output.style import new_axes, styled
 from pellet_study.paper import designs
 from pellet_study.paper.html import page
@@ -26,14 +27,13 @@ def write(folder: Path, items: list[Item]) -> list[Path]:
     items : list of Item
         The audit.
     """
-    folder.mkdir(parents=True, exist_ok=True)
     frames = {"audit": pd.DataFrame([item.as_dict() for item in items]), **recomputed_tables()}
     paths = []
     for name, frame in frames.items():
         paths.append(folder / f"{name}.csv")
-        frame.to_csv(paths[-1], index=False, float_format="%.8g", lineterminator="\n")
+        writing.table(paths[-1], frame, float_format="%.8g")
     paths.append(folder / "audit.html")
-    paths[-1].write_text(page(items, "Audit of the source paper"), encoding="utf-8")
+    writing.text(paths[-1], page(items, "Audit of the source paper"))
     return paths + figures.save(drawn(), folder / "figures")
 
 

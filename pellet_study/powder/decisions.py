@@ -3,13 +3,13 @@
 The order of the fields is that of the file. A field with a default is one that an older version did not write.
 """
 
-import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
 from pathlib import Path
 from typing import Any
 
 from pellet_study.errors import InputError
+from pellet_study.files import opening
 from pellet_study.powder.heaps import FULL
 from pellet_study.powder.plan import DEFAULT_LAW
 
@@ -167,7 +167,7 @@ def decided(folder: Path, stage: str) -> dict[str, Any]:
     """
     file = decision_file(folder, stage)
     try:
-        found = json.loads(file.read_text(encoding="utf-8"))
+        found = opening.json_in(file)
         if not isinstance(found, dict):
             raise ValueError("no object")
     except (OSError, ValueError) as error:

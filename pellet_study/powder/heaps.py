@@ -2,7 +2,6 @@
 
 import hashlib
 import os
-import shutil
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -13,6 +12,7 @@ import pandas as pd
 
 from pellet_study.doe.factors import Factor
 from pellet_study.errors import SimulationError
+from pellet_study.files import opening, writing
 from pellet_study.powder.plan import OBSERVABLE, RIG, SYMBOLS, Plan
 from pellet_study.rigs import on_yade
 from pellet_study.simulation import dispatch
@@ -153,7 +153,7 @@ class Heaps:
     def keep_grains(self, point: Mapping[str, float], seed: int, file: Path) -> None:
         """A heap of the validation once more, its grains kept in `file`; stored by itself, so simulated once only."""
         folder = self.store.resolve() / "grains"
-        folder.mkdir(parents=True, exist_ok=True)
+        writing.folder(folder)
         os.environ[KEEP_GRAINS] = str(folder)
         try:
             again = replace(self, store=folder)._simulated("validation", [self.levels(point)], [seed]).iloc[0]
@@ -161,4 +161,4 @@ class Heaps:
             del os.environ[KEEP_GRAINS]
         left = folder / f"{again['id']}.csv"
         if left.exists():
-            shutil.copy(left, file)
+            writing.data(file, opening.content(left))

@@ -1,5 +1,6 @@
 """What `calibrate` found, as figures, text and JSON."""
 
+import io
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -8,6 +9,7 @@ import pandas as pd
 
 from pellet_study.doe import figures
 from pellet_study.doe.answers import plain
+from pellet_study.files import opening, writing
 from pellet_study.heap import render
 from pellet_study.powder import figures as powder_figures
 from pellet_study.powder.chain import Chain
@@ -64,11 +66,11 @@ def text_of_path(plan: Plan, setting: PathSetting) -> str:
 def write_path(results: Results, setting: PathSetting) -> str:
     """Draw the path of a calibration in few heaps, write its summary; returns it."""
     plan, folder = results.plan, results.folder / "path"
-    runs = pd.read_csv(folder / "runs.csv")
+    runs = pd.read_csv(opening.stream(folder / "runs.csv"))
     path = runs[(runs["stage"] == "path") & (runs["verdict"] == "ok")]
     figures.save({"path": powder_figures.path(path, setting, (plan.target, plan.sd))}, folder)
     text = text_of_path(plan, setting)
-    (folder / "summary.txt").write_text(text + "\n", encoding="utf-8")
+    writing.text(folder / "summary.txt", text + "\n")
     return text + f"\n\nresults in {folder}"
 
 
@@ -92,7 +94,7 @@ def drawn(chain: Chain) -> dict[str, dict[str, "Figure"]]:
             "half_normal": figures.half_normal(screened.effects, screened.lenth, "deg"),
         }
     if results.done("climb"):
-        runs = pd.read_csv(results.folder / "climb" / "runs.csv")
+        runs = pd.read_csv(opening.stream(results.folder / "climb" / "runs.csv"))
         good = runs[runs["verdict"] == "ok"]
         climbed: Climb = results.decision("climb")
         measured = (results.plan.target, results.plan.sd)
@@ -108,11 +110,11 @@ def write_summary(results: Results) -> str:
     text = text_of(results)
     both = laws(results)
     if both is None:
-        (results.folder / "laws.csv").unlink(missing_ok=True)
+        writing.remove(results.folder / "laws.csv")
     else:
-        both.to_csv(results.folder / "laws.csv", index=False, lineterminator="\n")
+        writing.table(results.folder / "laws.csv", both)
         text += "\n\nboth contact laws, effects in deg:\n" + both.to_string(index=False, na_rep="")
-    (results.folder / "summary.txt").write_text(text + "\n", encoding="utf-8")
+    writing.text(results.folder / "summary.txt", text + "\n")
     return text
 
 
@@ -126,9 +128,9 @@ def text_of(results: Results) -> str:
     lines += plan.remarks
     lines += [f"{name} ({NAMES[name]}): {why}" for name, why in plan.idle.items()]
     if results.done("screening"):
-        lines += effects_lines(pd.read_csv(results.folder / "screening" / "effects.csv"))
+        lines += effects_lines(pd.read_csv(opening.stream(results.folder / "screening" / "effects.csv")))
     if results.done("surface"):
-        lines += coefficients_lines(pd.read_csv(results.folder / "surface" / "coefficients.csv"))
+        lines += coefficients_lines(pd.read_csv(opening.stream(results.folder / "surface" / "coefficients.csv")))
     if "surface" in results.counting():
         surface: Surface = results.decision("surface")
         words = [", ".join(f"{k} {low:g} to {high:g}" for k, (low, high) in box.items()) for box in surface.boxes]
@@ -188,7 +190,11 @@ def laws(results: Results) -> pd.DataFrame | None:
     table = pd.DataFrame({"factor": list(NAMES)})
     for one in (results, beside):
         law = one.plan.contact_law
-        effects = pd.read_csv(one.folder / "screening" / "effects.csv").set_index("factor").loc[table["factor"]]
+        effects = (
+            pd.read_csv(opening.stream(one.folder / "screening" / "effects.csv"))
+            .set_index("factor")
+            .loc[table["factor"]]
+        )
         table[f"{law}_effect"] = effects["effect_deg"].round(2).to_numpy()
         table[f"{law}_error"] = effects["standard_error_deg"].round(2).to_numpy()
         table[f"{law}_sign"] = effects["sign"].to_numpy()
@@ -204,6 +210,7 @@ def draw_heap(grains: Path, folder: Path) -> None:
     from matplotlib.image import imsave
 
     centres, radii = render.read_grains(grains)
-    folder.mkdir(parents=True, exist_ok=True)
-    imsave(folder / "heap.png", render.picture(*heap.body(centres, radii), width=1000))
+    picture = io.BytesIO()
+    imsave(picture, render.picture(*heap.body(centres, radii), width=1000), format="png")
+    writing.data(folder / "heap.png", picture.getvalue(), ours=writing.is_picture)
     figures.save({"heap_profile": render.profile(centres, radii)}, folder)

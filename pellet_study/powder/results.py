@@ -1,6 +1,5 @@
 """The folder of a powder calibration's results: tables and decisions, each used only for the plan it was made for."""
 
-import json
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from pathlib import Path
@@ -11,6 +10,7 @@ import pandas as pd
 from pellet_study.doe import validation
 from pellet_study.doe.answers import plain
 from pellet_study.errors import InputError
+from pellet_study.files import opening, writing
 from pellet_study.powder.decisions import (
     STAGES,
     Decision,
@@ -51,17 +51,12 @@ class Results:
 
     def write_table(self, stage: str, name: str, table: pd.DataFrame) -> None:
         """A table of a stage. With it an old decision goes: it was made from others."""
-        folder = self.folder / stage
-        folder.mkdir(parents=True, exist_ok=True)
-        decision_file(self.folder, stage).unlink(missing_ok=True)
-        table.to_csv(folder / f"{name}.csv", index=False, lineterminator="\n")
+        writing.remove(decision_file(self.folder, stage))
+        writing.table(self.folder / stage / f"{name}.csv", table)
 
     def write_decision(self, stage: str, decision: Decision | PathSetting) -> None:
         """The decision of a stage, with the plan it was made for."""
-        text = json.dumps(self.plan.record | plain(asdict(decision)), indent=1, allow_nan=False)
-        file = decision_file(self.folder, stage)
-        file.parent.mkdir(parents=True, exist_ok=True)
-        file.write_text(text + "\n", encoding="utf-8")
+        writing.json(decision_file(self.folder, stage), self.plan.record | plain(asdict(decision)))
 
     def home(self, stage: str) -> Path | None:
         """The folder whose decision of a stage counts: this chain's, else the one it reads; None where neither has it."""
@@ -147,6 +142,8 @@ class Results:
     def gather(self) -> None:
         """runs.csv: a row a heap of every stage done so far for this plan."""
         files = {stage: self.folder / stage / "runs.csv" for stage in STAGES}
-        tables = [pd.read_csv(f, dtype=str) for stage, f in files.items() if f.exists() and self.done(stage)]
+        tables = [
+            pd.read_csv(opening.stream(f), dtype=str) for stage, f in files.items() if f.exists() and self.done(stage)
+        ]
         if tables:
-            pd.concat(tables, ignore_index=True).to_csv(self.folder / "runs.csv", index=False, lineterminator="\n")
+            writing.table(self.folder / "runs.csv", pd.concat(tables, ignore_index=True))

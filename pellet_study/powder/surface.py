@@ -7,6 +7,7 @@ import pandas as pd
 
 from pellet_study.doe import box_behnken, optimum
 from pellet_study.doe.factors import Factor
+from pellet_study.files import opening
 from pellet_study.powder.box import MOVES, moved
 from pellet_study.powder.decisions import Climb, Optimum, Surface
 from pellet_study.powder.heaps import SEEDS_A_TRY, Heaps, lost_of, point_at, repeated
@@ -108,7 +109,7 @@ def refitted(results: Results) -> box_behnken.Surface:
     """The surface that counts, fitted again from its file of runs, that beside its decision."""
     decision: Surface = results.decision("surface")
     home = results.home("surface") or results.folder
-    runs = pd.read_csv(home / "surface" / "runs.csv")
+    runs = pd.read_csv(opening.stream(home / "surface" / "runs.csv"))
     return surface_of(runs, decision, {f.name: f.unit for f in results.plan.factors})
 
 

@@ -29,7 +29,6 @@ def validate(heaps: Heaps, results: Results) -> Validation:
     point, nothing_nearer = chosen(results), False
     tables: list[pd.DataFrame] = []
     attempts: list[Attempt] = []
-    results.margin.parent.mkdir(parents=True, exist_ok=True)
     validation.declare_margin(results.margin, heaps.plan.margin, "deg")
     first = SEEDS_OF_READ if results.read_setting else 0
     while True:

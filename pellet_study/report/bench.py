@@ -6,6 +6,7 @@ import pandas as pd
 
 from pellet_study.bench import figures, printed, report
 from pellet_study.bench.chain import BenchResult
+from pellet_study.files import opening
 from pellet_study.output.style import label, words
 from pellet_study.report.parts import Stage, Table, picture, table
 
@@ -71,7 +72,7 @@ def joint(folder: Path) -> Table | None:
     file = folder / "calibration.csv"
     if not file.exists():
         return None
-    known = pd.read_csv(file)
+    known = pd.read_csv(opening.stream(file))
     if "joint_prediction" not in known or known["joint_prediction"].isna().any():
         return None
     rows = [

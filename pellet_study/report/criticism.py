@@ -4,16 +4,23 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from pellet_study.criticism import facts, figures
-from pellet_study.criticism.facts import Candidate
+from pellet_study.criticism import facts, figures, fit_facts
+from pellet_study.criticism.curves import CURVE, LEVELS, ROWS
+from pellet_study.criticism.facts import Candidate, Size
+from pellet_study.criticism.grades import RULE
 from pellet_study.criticism.verdicts import Note, Verdict
 from pellet_study.output import style
-from pellet_study.output.style import label
+from pellet_study.output.style import declared
 from pellet_study.output.words import number, probability
 from pellet_study.report.parts import Picture, Table, picture, table
 from pellet_study.rigs.catalogue import Effect
 from pellet_study.study.study import Study
 
+DRAWN = {
+    CURVE: "Lines: what each calibrated model predicts",
+    LEVELS: "Dots, joined: what each calibrated model predicts at the measured levels, and only there",
+    ROWS: "Dashes and crosses: what each calibrated model predicts for the row",
+}
 MOST_WORST = 8  # rows of the table of those predicted worst
 
 
@@ -62,61 +69,107 @@ class NextPart:
     pictures: list[Picture]
 
 
-def fit_sentence(comparison: dict[str, Any]) -> str:
-    """How well a model fits."""
-    judged = facts.fit_words(comparison)
+def fit_sentence(comparison: dict[str, Any], held_out: bool = True) -> str:
+    """How well a model fits, and how the rows held out stand to it."""
+    judged = fit_facts.fit_words(comparison)
     if judged is None:
         return (
             "There are neither standard deviations nor replicates: how well it fits cannot be judged from these data."
         )
-    return (
-        f"chi² = {number(comparison['chi2'])} on {comparison['dof']}, lack of fit p "
-        f"{probability(comparison['lack_of_fit_p'])}: {judged}."
+    beside = fit_facts.held_out_words(comparison) if held_out else ""
+    return f"chi² = {number(comparison['chi2'])} on {comparison['dof']}; {judged}." + (
+        f" Rows held out: {beside}." if beside else ""
     )
 
 
-def model(comparison: dict[str, Any]) -> ModelPart:
-    """The model that was compared."""
+def model(
+    study: Study, comparison: dict[str, Any], steps: Sequence[dict[str, Any]], diagnoses: Sequence[dict[str, Any]]
+) -> ModelPart:
+    """The model that was compared, with the models before it and those that the last diagnosis names."""
     rows = []
-    for constant in facts.constants(comparison):
-        text, unit = style.words(constant.name.replace(".", ": "))
+    units = comparison.get("units") or {}
+    for constant in fit_facts.constants(comparison):
+        text, unit = style.words(constant.name, units.get(constant.name, ""))
         interval = "fixed" if constant.interval is None else " to ".join(map(number, constant.interval))
-        rows.append([text, unit, number(constant.value), interval, ", ".join(constant.remarks)])
+        rows.append([text.replace(".", ": "), unit, number(constant.value), interval, ", ".join(constant.remarks)])
     return ModelPart(
-        fit=f"Model: {facts.model_name(comparison['effects'])}. {fit_sentence(comparison)}",
+        fit=f"Model: {facts.model_name(comparison['effects'])}. {fit_sentence(comparison)} Rule: {RULE}.",
         parameters=table(("constant", "unit", "value", "95 % interval", "remark"), rows, (2, 3)),
         pictures=[
+            *readings(study, comparison, steps, diagnoses),
             picture(
-                figures.predictions(comparison["rows"]),
+                figures.predictions(comparison["rows"], comparison["effects"], study.acting()),
                 "predicted against measured values, a panel for each observable",
-                "Each point a row of measurements.csv; on the line, prediction and measurement are equal.",
-            )
+                f"Each point a row of measurements.csv, predicted by {facts.model_name(comparison['effects'])}; on the line, "
+                "prediction and measurement are equal."
+                + (" Bars: ± 2 standard uncertainties of the row." if any(r["z"] for r in comparison["rows"]) else ""),
+            ),
         ],
     )
 
 
-def fails(steps: Sequence[dict[str, Any]], diagnoses: Sequence[dict[str, Any]]) -> FailsPart:
+def readings(
+    study: Study, comparison: dict[str, Any], steps: Sequence[dict[str, Any]], diagnoses: Sequence[dict[str, Any]]
+) -> list[Picture]:
+    """The readings and the models through them; none where an older version left no curves."""
+    told = [*steps, comparison, *diagnoses[-1:]]
+    curves = [c for part in told for c in part.get("curves", []) if _same_rows(c, comparison)]
+    if not curves:
+        return []
+    panels = curves[0]["panels"]
+    held = any(row["split"] == "holdout" for row in comparison["rows"])
+    repeated = any(len(set(panel["levels"])) < len(panel["levels"]) for panel in panels)
+    known = any(u is not None for panel in panels for u in panel["uncertainties"])
+    caption = (
+        "Points: the readings of measurements.csv"
+        + (", those held out from the fit open" if held else "")
+        + (", with ± 2 standard uncertainties" if known else "")
+        + ("; those of one level stand side by side. " if repeated else ". ")
+        + "; ".join(dict.fromkeys(DRAWN[panel["drawn"]] for panel in panels))
+        + ". The other conditions stand above each panel."
+    )
+    figure = figures.readings(comparison["rows"], curves, study.acting())
+    return [picture(figure, "readings against the condition, and each model through them", caption)]
+
+
+def _same_rows(curves: dict[str, Any], comparison: dict[str, Any]) -> bool:
+    """Whether curves are of as many rows, rig by rig, as a comparison has now."""
+    rows = comparison["rows"]
+    places = [(k, panel) for panel in curves["panels"] for k in panel["rows"]]
+    return len(places) == len(rows) and all(
+        k < len(rows) and rows[k]["rig"] == panel["rig"] and rows[k]["observable"] == panel["observable"]
+        for k, panel in places
+    )
+
+
+def fails(study: Study, steps: Sequence[dict[str, Any]], diagnoses: Sequence[dict[str, Any]]) -> FailsPart:
     """Where the models fail, of one comparison or more, the first and the last in words."""
     words = []
     for step in dict.fromkeys((0, len(steps) - 1)):
-        failing = "; ".join(facts.failures(steps[step])) or "no calibrated constant drifts with a condition"
+        failing = "; ".join(fit_facts.where_words(steps[step]))
         words.append(f"Model {facts.model_name(steps[step]['effects'])}: {failing}.")
+    known = all(row["z"] is not None for step in (steps[0], steps[-1]) for row in step["rows"])
+    scale, band = (
+        ", over the standard uncertainty of the row",
+        "In the band the scatter of the readings explains it. ",
+    )
     pictures = [
         picture(
-            figures.residuals(steps),
-            "residual over its uncertainty against every condition",
-            "Measured minus predicted, over the standard uncertainty of the row. In the band the scatter of the readings "
-            "explains it. A model that lacks nothing scatters about 0 without a trend.",
+            figures.residuals(steps, study.acting()),
+            "residual against every condition",
+            f"Measured minus predicted{scale if known else ''}. {band if known else ''}"
+            "A model that lacks nothing scatters about 0 without a trend.",
         )
     ]
     drawn = next((d["by_level"] for d in diagnoses if d.get("by_level")), None)
     if drawn:
         pictures.append(
             picture(
-                figures.constants(drawn),
+                figures.constants(drawn, study.acting()),
                 f"{drawn['parameter']} refitted at each level of {drawn['condition']}",
                 "A constant of nature does not change with a condition of the test. Points: what each level alone would "
-                "make of it. Lines: what a missing effect would make of it.",
+                "make of it, ± 2 standard errors."
+                + (" Lines: what a missing effect would make of it." if drawn["rivals"] else ""),
             )
         )
     return FailsPart(words, pictures, worst_rows(steps[-1]))
@@ -124,35 +177,49 @@ def fails(steps: Sequence[dict[str, Any]], diagnoses: Sequence[dict[str, Any]]) 
 
 def worst_rows(comparison: dict[str, Any]) -> Table:
     """The rows that a model predicts worst."""
-    varying = facts.varying(comparison["rows"])
+    varying, units = facts.varying(comparison["rows"]), comparison.get("units") or {}
     worst = sorted(comparison["rows"], key=lambda row: -facts.misfit(row))[:MOST_WORST]
     rows = [
         [
             row["rig"],
-            "; ".join(f"{label(c)} {number(v)}" for c, v in row["conditions"].items() if c in varying[row["rig"]]),
+            "; ".join(
+                f"{declared(c, units)} {number(v)}" for c, v in row["conditions"].items() if c in varying[row["rig"]]
+            ),
+            {"fit": "", "holdout": "held out"}[row["split"]],
             number(row["value"]),
             number(row["predicted"]),
             "-" if row["z"] is None else f"{row['z']:.1f}",
         ]
         for row in worst
     ]
-    head = ("rig", "conditions", "measured", "predicted", "residual / uncertainty")
-    return table(head, rows, (2, 3, 4), f"The rows that {facts.model_name(comparison['effects'])} predicts worst")
+    head = ("rig", "conditions", "split", "measured", "predicted", "residual / uncertainty")
+    return table(head, rows, (3, 4, 5), f"The rows that {facts.model_name(comparison['effects'])} predicts worst")
 
 
 def verdict(diagnosis: dict[str, Any]) -> str:
-    """The verdict of a diagnosis in a sentence."""
+    """The verdict of a diagnosis in a sentence, and what stands beside it."""
     found = facts.finding(diagnosis)
     match found.verdict:
         case Verdict.MISSING:
-            return f"Missing in {found.model}: {found.names}."
+            words = f"Missing in {found.model}: {found.names}."
         case Verdict.TIED:
-            return f"Tied in {found.model}: {found.names} explain it alike; these data cannot tell them apart."
+            words = f"Tied in {found.model}: {found.names} explain it alike; these data cannot tell them apart."
         case Verdict.UNDECIDED:
-            return f"Undecided: a fit on which the answer about {found.model} rests did not end."
+            words = f"Undecided: a fit on which the answer about {found.model} rests did not end."
         case Verdict.UNEXPLAINED:
-            return f"Unexplained: {found.model} fails, and no candidate of a plausible size repairs it."
-    return f"Adequate: nothing that {found.model} lacks is supported by these data."
+            words = f"Unexplained: {found.model} fails, and no candidate of a plausible size repairs it."
+        case _:
+            words = f"Adequate: nothing that {found.model} lacks is supported by these data."
+    beside = [
+        f"The rows held out contradict {found.model}: p {probability(diagnosis['holdout_p'])}, the limit is "
+        f"{diagnosis['holdout_limit_p']:g}"
+        if diagnosis.get("holdout_contradicts")
+        else "",
+        facts.fitted_too_words(diagnosis),
+        facts.undone_words(diagnosis),
+        facts.miss_words(diagnosis),
+    ]
+    return " ".join([words, *(f"{line[0].upper()}{line[1:]}." for line in beside if line)])
 
 
 def missing(study: Study, diagnosis: dict[str, Any]) -> MissingPart:
@@ -162,13 +229,15 @@ def missing(study: Study, diagnosis: dict[str, Any]) -> MissingPart:
     if any(candidate.chi2_drop > 1 for candidate in candidates):
         pictures.append(
             picture(
-                figures.ranking(diagnosis),
+                figures.ranking(diagnosis, study.acting()),
                 "candidate effects ranked by the drop of chi²",
-                "How much each candidate improves the fit. Everything that reaches into the band explains as well as the "
-                "best: a tie, and then nothing is added. Hatched bars would need a size no material has.",
+                _ranking_caption(diagnosis),
             )
         )
-    needed = f"Is any candidate needed? p {probability(diagnosis['gate_p'])}, over all candidates together."
+    limit = diagnosis.get("gate_limit_p")
+    needed = f"Is any candidate needed? p {probability(diagnosis['gate_p'])}, over all candidates together" + (
+        "." if limit is None else f"; one is below {limit:g}."
+    )
     return MissingPart(
         heading=f"Model {facts.model_name(diagnosis['effects'])}",
         verdict=f"{verdict(diagnosis)} {needed}",
@@ -176,6 +245,25 @@ def missing(study: Study, diagnosis: dict[str, Any]) -> MissingPart:
         pictures=pictures,
         ranking=ranking(candidates) if candidates else None,
     )
+
+
+def _ranking_caption(diagnosis: dict[str, Any]) -> str:
+    """How to read the ranking: of the bars that are drawn."""
+    kinds = {figures.standing(diagnosis, suspect) for suspect in diagnosis["ranking"]}
+    words = ["How much each candidate improves the fit."]
+    if kinds & {figures.MISSING, figures.TIED}:
+        words.append(
+            "Coloured bars explain the data; what explains them and reaches into the band would be tied with the best."
+        )
+    if figures.TIED in kinds:
+        words.append("Several do: a tie, and nothing is added.")
+    if figures.EXPLAINS in kinds:
+        words.append("Dotted bars explain them too, but less well.")
+    if figures.IMPLAUSIBLE in kinds:
+        words.append("Hatched bars would need a size no material has.")
+    if figures.REFUSED in kinds:
+        words.append("Grey bars improve the fit and leave a misfit all the same.")
+    return " ".join(words)
 
 
 def ranking(candidates: Sequence[Candidate]) -> Table:
@@ -187,12 +275,7 @@ def ranking(candidates: Sequence[Candidate]) -> Table:
             "-" if candidate.score is None else f"{candidate.score:.1f}",
             probability(candidate.p_adjusted),
             f"{candidate.chi2_drop:.1f}",
-            ", ".join(
-                f"{style.words(size.parameter)[0]} {number(size.value, 3)} {style.words(size.parameter)[1]}".removesuffix(
-                    " -"
-                )
-                for size in candidate.sizes
-            ),
+            ", ".join(map(size_words, candidate.sizes)),
             remark(candidate),
         ]
         for candidate in candidates
@@ -203,18 +286,24 @@ def ranking(candidates: Sequence[Candidate]) -> Table:
     )  # fmt: skip
 
 
+def size_words(size: Size) -> str:
+    """A fitted size with its unit as declared."""
+    text, unit = style.words(size.parameter, size.unit or "")
+    return f"{text} {number(size.value, 3)} {unit}".removesuffix(" -")
+
+
 def remark(candidate: Candidate) -> str:
     """What speaks for or against a candidate."""
     words = candidate.note or ("explains" if candidate.explains else "does not explain")
     if candidate.beyond:
-        sizes = ", ".join(f"{style.words(name)[0]} {number(value, 3)}" for name, value in candidate.beyond.items())
+        sizes = ", ".join(f"{name.replace('_', ' ')} {number(value, 3)}" for name, value in candidate.beyond.items())
         words += f"; would need {sizes}"
     if candidate.noticed_from is not None and candidate.note in (Note.WRONG_SIGN, Note.NOT_SHOWN):
         words += f"; from {number(candidate.noticed_from, 3)} on it would be noticed"
     return words
 
 
-def ladder(steps: Sequence[dict[str, Any]]) -> LadderPart:
+def ladder(study: Study, steps: Sequence[dict[str, Any]], diagnoses: Sequence[dict[str, Any]]) -> LadderPart:
     """The error falling step by step."""
     rows = [
         [
@@ -230,13 +319,14 @@ def ladder(steps: Sequence[dict[str, Any]]) -> LadderPart:
         for step in facts.ladder(steps)
     ]
     unit = style.unit_in_words(steps[-1]["rms_error_unit"])
+    last = [d for d in diagnoses[-1:] if d["effects"] == steps[-1]["effects"]]
+    tied = [rival for diagnosis in last for rival in figures.tied_errors(diagnosis)]
     return LadderPart(
         pictures=[
             picture(
-                figures.ladder(steps),
-                "rms error after each step, fitted and held out, above the noise floor",
-                "The error of each model on the rows it was fitted to and on rows it has not seen. Below the noise floor "
-                "a model would only follow the scatter of the readings.",
+                figures.ladder(steps, tied, study.acting()),
+                "rms error after each step",
+                _ladder_caption(steps, bool(tied)),
             )
         ],
         steps=table(
@@ -247,23 +337,62 @@ def ladder(steps: Sequence[dict[str, Any]]) -> LadderPart:
     )
 
 
-def next_measurement(diagnoses: Sequence[dict[str, Any]]) -> NextPart | None:
+def errors(diagnosis: dict[str, Any]) -> Table | None:
+    """What each explanation that a verdict names would do to the error; None where it names none."""
+    found = facts.errors(diagnosis)
+    if not found:
+        return None
+    unit = style.unit_in_words(diagnosis["present"]["rms_error_unit"])
+    rows = [
+        [
+            " + ".join(row["effects"]) or "nothing",
+            number(row["chi2"]),
+            row["dof"],
+            probability(row["lack_of_fit_p"]),
+            number(row["rms_error"], 3),
+            number(row["holdout_rms_error"], 3),
+            probability(row["holdout_p"]),
+        ]
+        for row in found
+    ]
+    head = ("added", "chi²", "dof", "lack of fit p", f"rms error ({unit})", "held out", "p of held out")
+    caption = f"What each would do to the error of {facts.model_name(diagnosis['effects'])}"
+    return table(head, rows, range(1, 7), caption)
+
+
+def _ladder_caption(steps: Sequence[dict[str, Any]], tied: bool) -> str:
+    """How to read the ladder: of the curves that are drawn."""
+    unseen = any(s["holdout_rms_error"] is not None or s.get("level_out_rms_error") for s in steps)
+    words = [
+        "The error of each model on the rows it was fitted to" + (" and on rows it has not seen." if unseen else ".")
+    ]
+    if steps[-1].get("noise_floor") is not None:
+        words.append(
+            "In the band, below the median uncertainty of a row, a model would only follow the scatter of the readings."
+        )
+    if tied:
+        words.append("Right of the line: what each of the tied explanations alone would make of it.")
+    return " ".join(words)
+
+
+def next_measurement(study: Study, diagnoses: Sequence[dict[str, Any]]) -> NextPart | None:
     """The measurement that the last diagnosis which has one proposes."""
     proposing = next((d for d in reversed(diagnoses) if d["next_measurement"]), None)
     proposal = facts.proposal(proposing) if proposing else None
     if proposing is None or proposal is None:
         return None
-    where = ", ".join(f"{label(c)} {number(v)}" for c, v in proposal.conditions.items())
+    units = study.units
+    where = ", ".join(f"{declared(c, units)} {number(v)}" for c, v in proposal.conditions.items())
     rivals = "; ".join(
         f"{rival.explanation} predicts {number(rival.value, 3)} ± {number(rival.uncertainty, 2)}"
         for rival in proposal.predictions
     )
     return NextPart(
-        words=f"{proposal.rig}, {label(proposal.observable)}, at {where}: {rivals}. "
+        words=f"{proposal.rig}, {declared(proposal.observable, units)}, at {where}: {rivals}. "
         f"The two best differ there by {proposal.separation:.1f} standard uncertainties.",
         pictures=[
             picture(
-                figures.next_measurement(proposing["next_measurement"]),
+                figures.next_measurement(proposing["next_measurement"], study.acting()),
                 "what each explanation predicts for the proposed measurement",
                 "One such reading tells the explanations apart that these data leave alike.",
             )

@@ -4,7 +4,8 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
-from pellet_study.output.style import label
+from pellet_study.criticism.facts import assumed_words
+from pellet_study.output.style import declared
 from pellet_study.output.words import number
 from pellet_study.report.particles import particles
 from pellet_study.report.parts import Picture, Table, table
@@ -13,6 +14,7 @@ from pellet_study.study.study import Study
 
 MOST_ROWS = 20
 ALWAYS = ("rig", "observable", "value", "sd", "n")  # columns that stand even where they never change
+USED = ("setup", "setup_sd")  # columns of the fit that stand wherever they say anything
 
 
 @dataclass(frozen=True)
@@ -22,32 +24,37 @@ class MeasuredPart:
     summary: Table
     rows: Table
     pictures: list[Picture]
+    left_out: Table | None = None
+    assumed: str = ""
 
 
 def counts(study: Study) -> str:
     """How many rows there are, and how many of them are held out."""
     held = sum(row.split == "holdout" for row in study.rows)
     words = f"{len(study.rows)} rows of measurements"
-    return f"{words}, {held} of them held out" if held else words
+    words = f"{words}, {held} of them held out" if held else words
+    return f"{words}; {len(study.left_out)} more left out" if study.left_out else words
 
 
 def measured(study: Study, folder: Path) -> MeasuredPart:
     """What was measured in a study."""
-    return MeasuredPart(summary(study), first_rows(study), particles(study, folder))
+    return MeasuredPart(
+        summary(study), first_rows(study), particles(study, folder), left_out(study), assumed_words(study)
+    )
 
 
 def summary(study: Study) -> Table:
     """A row for every observable of a rig."""
-    found = []
+    found, units = [], study.units
     for rig in study.rigs:
         of_rig = [row for row in study.rows if row.rig == rig]
         for observable in dict.fromkeys(row.observable for row in of_rig):
             rows = [row for row in of_rig if row.observable == observable]
-            changing = [f"{label(c)} {_span([row.conditions[c] for row in rows])}" for c in varied(rows)]
+            changing = [f"{declared(c, units)} {_span([row.conditions[c] for row in rows])}" for c in varied(rows)]
             found.append(
                 [
                     rig,
-                    label(observable),
+                    declared(observable, units),
                     len(rows),
                     sum(row.n for row in rows),
                     _span([row.value for row in rows]),
@@ -59,30 +66,61 @@ def summary(study: Study) -> Table:
 
 
 def first_rows(study: Study) -> Table:
-    """The first rows of measurements.csv, without columns that never change there."""
+    """The first rows of measurements.csv with every column that the fit uses, without others that never change there."""
+    units, shown = study.units, study.rows[:MOST_ROWS]
     conditions = list(dict.fromkeys(c for rig in study.rigs for c in varied([r for r in study.rows if r.rig == rig])))
-    head = ["rig", "observable", "value", "sd", "n", *(label(c) for c in conditions), "split", "note"]
+    known = list(dict.fromkeys(name for row in study.rows for name in row.parameters))
+    head = ["rig", "observable", "value", "sd", "n", *(declared(c, units) for c in conditions)]
+    head += [*USED, *(declared(name, units) for name in known), "split", "reason", "note"]
     rows = [
         [
             row.rig,
-            label(row.observable),
+            declared(row.observable, units),
             number(row.value),
             number(row.sd, 3),
             f"{row.n:g}",
             *(number(row.conditions.get(c)) for c in conditions),
+            row.setup,
+            number(row.setup_sd, 3) if row.setup_sd else "",
+            *(number(row.parameters.get(name)) for name in known),
             row.split,
+            row.reason,
             row.note,
         ]
-        for row in study.rows[:MOST_ROWS]
+        for row in shown
     ]
-    kept = [k for k in range(len(head)) if head[k] in ALWAYS or len({row[k] for row in rows}) > 1]
+    of_fit = {*USED, *(declared(name, units) for name in known)}
+    kept = [
+        k
+        for k in range(len(head))
+        if head[k] in ALWAYS or len({row[k] for row in rows}) > 1 or (head[k] in of_fit and any(row[k] for row in rows))
+    ]
     caption = "Every row" if len(rows) == len(study.rows) else f"The first {len(rows)} of {len(study.rows)} rows"
     return table(
         [head[k] for k in kept],
         [[row[k] for k in kept] for row in rows],
-        [m for m, k in enumerate(kept) if 2 <= k < len(head) - 2],
+        [m for m, k in enumerate(kept) if 2 <= k < len(head) - 3 and head[k] != "setup"],
         caption + " of measurements.csv (conditions, split and note are left out where they never change)",
     )
+
+
+def left_out(study: Study) -> Table | None:
+    """Rows of which nothing is made, each with its reason; None without any."""
+    if not study.left_out:
+        return None
+    units = study.units
+    rows = [
+        [
+            row.rig,
+            declared(row.observable, units),
+            number(row.value),
+            "; ".join(f"{declared(c, units)} {number(v)}" for c, v in row.conditions.items() if c not in row.assumed),
+            row.reason,
+        ]
+        for row in study.left_out
+    ]
+    caption = "Left out (split leave_out): used for nothing"
+    return table(("rig", "observable", "value", "conditions", "reason"), rows, (2,), caption)
 
 
 def varied(rows: Sequence[Measurement]) -> list[str]:

@@ -3,18 +3,19 @@
 Figures are drawn anew from the answers the commands left there; what is not there yet is named with its command.
 """
 
-import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import Any
 
 from jinja2 import Environment, PackageLoader, StrictUndefined
 
 import pellet_study
+from pellet_study.bench.readings import readings
 from pellet_study.criticism.facts import model_name
 from pellet_study.errors import InputError
+from pellet_study.files import opening, writing
 from pellet_study.output import style
-from pellet_study.output.words import number
+from pellet_study.output.words import number, plain
 from pellet_study.powder import decisions
 from pellet_study.report import criticism
 from pellet_study.report.bench import bench_stages, joint
@@ -28,6 +29,7 @@ from pellet_study.study.study import Study
 Answer = dict[str, Any]  # the JSON that a command left
 
 FILE = "report.html"
+DAMAGED = (KeyError, TypeError, AttributeError, IndexError, ValueError)
 SECTIONS = (
     ("measured", "What was measured"),
     ("model", "What the model says"),
@@ -49,10 +51,7 @@ def write(folder: Path, library: Path | None = None) -> Path:
     """
     file = Path(folder) / FILE
     text = page(Path(folder), library)
-    temporary = file.with_suffix(".new")
-    temporary.write_text(text, encoding="utf-8")
-    temporary.replace(file)
-    return file.resolve()
+    return writing.text(file, plain(text)).resolve()
 
 
 def page(folder: Path, library: Path | None = None) -> str:
@@ -63,16 +62,12 @@ def page(folder: Path, library: Path | None = None) -> str:
     InputError : no study, or a file in it is not what a command wrote
     """
     study = load(folder, library)
-    compared = _answer(folder, "compare")
-    diagnoses = _diagnoses(_answer(folder, "refine"), _answer(folder, "diagnose"))
     steps = _whole(folder, history.read_history(folder))
+    left = {name: _answer(folder, name) for name in ("compare", "diagnose", "refine")}
     try:
-        content = _content(study, folder, compared, diagnoses, steps)
-    except (KeyError, TypeError, AttributeError, IndexError) as error:
-        raise InputError(
-            f"{folder}: a result there is not what this version writes ({type(error).__name__}: {error}); "
-            "run compare, diagnose or refine again"
-        ) from None
+        content = _of(study, folder, left, steps)
+    except DAMAGED as error:
+        raise _damaged(study, folder, left, steps, error) from None
     environment = Environment(
         loader=PackageLoader("pellet_study.report", "template"),
         autoescape=True,
@@ -81,6 +76,35 @@ def page(folder: Path, library: Path | None = None) -> str:
         lstrip_blocks=True,
     )
     return environment.get_template(FILE).render(content)
+
+
+def _of(study: Study, folder: Path, left: Mapping[str, Answer | None], steps: list[Answer]) -> dict[str, Any]:
+    """What the template lays out, of the answers that the commands left."""
+    return _content(study, folder, left["compare"], _diagnoses(left["refine"], left["diagnose"]), steps)
+
+
+def _damaged(
+    study: Study, folder: Path, left: Mapping[str, Answer | None], steps: list[Answer], error: Exception
+) -> InputError:
+    """Names the file without which the page could be made, and the command that writes it anew."""
+    what = f"is not what this version writes ({type(error).__name__}: {error})"
+    for name, answer in left.items():
+        if answer is not None and _made(study, folder, {**left, name: None}, steps):
+            return InputError(f"{folder / name}.json: {what}; run `pellet-study {name} {_named(study, folder)}` again")
+    if steps and _made(study, folder, left, []):
+        again = f"delete it, and run `pellet-study refine {_named(study, folder)}` again"
+        return InputError(f"{folder / history.HISTORY}: {what}; {again}")
+    files = ", ".join(f"{name}.json" for name, answer in left.items() if answer is not None) or "a table of a stage"
+    return InputError(f"{folder}: {files} {what}; run the commands that wrote them again")
+
+
+def _made(study: Study, folder: Path, left: Mapping[str, Answer | None], steps: list[Answer]) -> bool:
+    """Whether the page can be made of these."""
+    try:
+        _of(study, folder, left, steps)
+    except DAMAGED:
+        return False
+    return True
 
 
 def _content(
@@ -95,19 +119,21 @@ def _content(
         "named": _named(study, folder),
         "rigs": study.rigs,
         "counts": counts(study),
-        "sections": SECTIONS,
+        "sections": [s for s in SECTIONS if s[0] != "stages" or stages or stage_commands(study)],
+        "todo_stages": stage_commands(study),
         "short": _short(compared, diagnoses, steps, stages),
         "notes": _notes(study, compared),
         "measured": measured(study, folder),
-        "model": criticism.model(compared) if compared else None,
+        "model": criticism.model(study, compared, shown, diagnoses) if compared else None,
         "joint": joint(folder),
-        "fails": criticism.fails(shown, diagnoses) if shown else None,
+        "fails": criticism.fails(study, shown, diagnoses) if shown else None,
         "missing": [criticism.missing(study, diagnosis) for diagnosis in diagnoses],
-        "ladder": criticism.ladder(steps) if steps else None,
-        "next": criticism.next_measurement(diagnoses),
+        "ladder": criticism.ladder(study, steps, diagnoses) if steps else None,
+        "errors": criticism.errors(diagnoses[-1]) if diagnoses else None,
+        "next": criticism.next_measurement(study, diagnoses),
         "nothing_next": "No further measurement is proposed: nothing has to be told apart.",
         "stages": stages,
-        "repeat": _repeat(study, folder),
+        "repeat": _repeat(study, folder, {stage.kind for stage in stages}),
         "version": pellet_study.__version__,
     }
 
@@ -118,7 +144,7 @@ def _answer(folder: Path, name: str) -> Answer | None:
     if not file.exists():
         return None
     try:
-        found = json.loads(file.read_text(encoding="utf-8"))
+        found = opening.json_in(file)
         if not isinstance(found, dict):
             raise ValueError("no JSON object")
         return found
@@ -156,7 +182,11 @@ def _short(compared: Answer | None, diagnoses: list[Answer], steps: list[Answer]
         if last.get("noise_floor"):
             found.append(f"The scatter of the readings alone gives {number(last['noise_floor'], 3)}.")
     elif compared:
-        found.append(f"The model is {model_name(compared['effects'])}. {criticism.fit_sentence(compared)}")
+        found.append(
+            f"The model is {model_name(compared['effects'])}. {criticism.fit_sentence(compared, held_out=not diagnoses)}"
+        )
+    if len(steps) > 1 and compared:
+        found.append(f"With it {criticism.fit_sentence(compared, held_out=not diagnoses)}")
     if diagnoses:
         found.append(criticism.verdict(diagnoses[-1]))
     if stages:
@@ -183,9 +213,37 @@ def _named(study: Study, folder: Path) -> str:
     return folder.as_posix() + (f" --library {study.library.as_posix()}" if study.library else "")
 
 
-def _repeat(study: Study, folder: Path) -> Table:
-    """Which command made which numbers, and the files they stand in."""
+def stage_commands(study: Study) -> list[tuple[str, str]]:
+    """The stages of the source paper's calibration that a study's rigs have, in words, and the command of each."""
+    found = []
+    if _bench_readings(study):
+        found.append(("The three seed bench tests of the source paper have not been calibrated here:", "bench"))
+    if measured_angle(study) is not None:
+        found.append(("The powder, whose repose angle was measured, has not been calibrated here:", "calibrate"))
+    return found
+
+
+def _bench_readings(study: Study) -> bool:
+    """Whether the seed bench tests can be calibrated: one setting for each of their rigs that has rows."""
+    try:
+        return bool(readings(study.rows))
+    except InputError:
+        return False
+
+
+def _repeat(study: Study, folder: Path, stages: set[str]) -> Table:
+    """Which command made which numbers, and the files they stand in; of the stages only those that the study has."""
     place = _named(study, folder)
+    commands = {command for _, command in stage_commands(study)}
+    of_stages = [
+        (
+            "powder calibration",
+            ("runs.csv", *(f"{stage}/decision.json" for stage in decisions.STAGES)),
+            decisions.command(folder).removeprefix("pellet-study ").replace(folder.as_posix(), place, 1),
+            "calibrate" in commands or "powder" in stages,
+        ),
+        ("seed bench tests", ("calibration.csv",), f"bench {place}", "bench" in commands or "bench" in stages),
+    ]
     rows = [
         [what, ", ".join(f for f in files if (folder / f).exists()) or "not there yet", f"pellet-study {command}"]
         for what, files, command in (
@@ -193,12 +251,7 @@ def _repeat(study: Study, folder: Path) -> Table:
             ("ranking, next measurement", ("diagnose.json", "diagnose.txt"), f"diagnose {place}"),
             ("effects added, error step by step", ("refine.json", "refine.txt"), f"refine {place}"),
             ("the error ladder", (history.HISTORY,), f"history {place}"),
-            (
-                "powder calibration",
-                ("runs.csv", *(f"{stage}/decision.json" for stage in decisions.STAGES)),
-                decisions.command(folder).removeprefix("pellet-study ").replace(folder.as_posix(), place, 1),
-            ),
-            ("seed bench tests", ("calibration.csv",), f"bench {place}"),
+            *(stage[:3] for stage in of_stages if stage[3]),
         )
     ]
     return table(("numbers", "files", "command"), rows)

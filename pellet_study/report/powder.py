@@ -9,6 +9,7 @@ import pandas as pd
 from pellet_study.doe import box_behnken, figures, optimum, plackett_burman
 from pellet_study.doe.factors import Factor
 from pellet_study.errors import InputError
+from pellet_study.files import opening
 from pellet_study.output.words import number, probability
 from pellet_study.powder.decisions import (
     Climb,
@@ -79,7 +80,7 @@ def powder_stages(folder: Path, measured: Measured) -> list[Stage]:
 
 def _good(folder: Path, stage: str) -> tuple[pd.DataFrame, str]:
     """The heaps of a stage that gave an angle, and a sentence on all of them."""
-    runs = pd.read_csv(folder / stage / "runs.csv")
+    runs = pd.read_csv(opening.stream(folder / stage / "runs.csv"))
     good = runs[runs["verdict"] == "ok"]
     lost = runs.loc[runs["verdict"] != "ok", "verdict"]
     words = f"{len(runs)} heaps"
@@ -132,7 +133,7 @@ def _effects(folder: Path, found: plackett_burman.Screening, factors: list[Facto
     numbers = range(3, 5)
     file = folder / "screening" / "effects.csv"
     if file.exists():
-        beside = pd.read_csv(file).set_index("factor")
+        beside = pd.read_csv(opening.stream(file)).set_index("factor")
         head += ["source paper (deg)", "sign"]
         numbers = range(3, 6)
         for row in rows:

@@ -1,16 +1,19 @@
 """Rigs and effects by name, read from what their files declare; a study's own are added in `study/user_code.py`."""
 
 import importlib
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
 
 from pellet_study.errors import InputError
+from pellet_study.files import opening
 from pellet_study.output.words import nearest
 from pellet_study.rigs.declared import Effect, Rig, effect_from, rig_from
 from pellet_study.rigs.scripts import SCRIPTS
 
+LARGEST_CODE = 1_000_000  # bytes
 CLOSED_FORM = Path(__file__).resolve().parent / "closed_form"
 
 
@@ -45,7 +48,10 @@ class Catalogue:
     def rig(self, name: str, where: str = "") -> Rig:
         """The rig of that name, or InputError with the nearest name."""
         if name not in self.rigs:
-            raise InputError(f"{where}rig {name!r} is unknown{nearest(name, self.rigs)}")
+            raise InputError(
+                f"{where}rig {name!r} is unknown: it comes neither with the package nor with a file of the study's rigs/ "
+                f"(or a library's){nearest(name, self.rigs)}"
+            )
         return self.rigs[name]
 
     def effect(self, name: str, where: str = "") -> Effect:
@@ -56,12 +62,32 @@ class Catalogue:
 
 
 def declaring(folder: Path, what: str) -> list[Path]:
-    """The files of a folder that declare a RIG or an EFFECT."""
-    return [
-        file
-        for file in sorted(folder.glob("*.py"))
-        if f"\n{what} = {{" in "\n" + file.read_text(encoding="utf-8", errors="replace")
-    ]
+    """The files of a folder that declare a RIG or an EFFECT.
+
+    Raises
+    ------
+    InputError : one of them cannot be read
+    """
+    return [file for file in sorted(folder.glob("*.py")) if declares(_text(file), what)]
+
+
+def _text(file: Path) -> str:
+    try:
+        return opening.content(file, LARGEST_CODE, what="a file of code").decode(errors="replace")
+    except FileNotFoundError:
+        why = (
+            f"is a link to {file.readlink()}, where there is no file" if file.is_symlink() else "is not there any more"
+        )
+    except IsADirectoryError:
+        why = "is a folder; expected a Python file"
+    except OSError as error:
+        why = f"cannot be read: {error.strerror}"
+    raise InputError(f"{file}: {why}; put the file of the rig or effect there, or take this away")
+
+
+def declares(text: str, what: str) -> bool:
+    """Whether a line of Python begins with `RIG =` or `EFFECT =`, a type between them or not."""
+    return re.search(rf"^{what}\s*(:[^=\n]*)?=\s*(\{{|dict\b)", text, re.MULTILINE) is not None
 
 
 @cache

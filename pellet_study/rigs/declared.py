@@ -22,6 +22,29 @@ READABLE = {  # where the rig says nothing
     "slip_angle_deg": FLAT_TO_UPRIGHT,
     **{f"repose_{reading}_deg": FLAT_TO_UPRIGHT for reading in ("angle", "flank", "triangle", "moment")},
 }
+# units of the package's own observables on YADE; their scripts are hashed with every result and say only what they mean
+UNITS = {
+    "rebound_height_mm": "mm",
+    "tangential_restitution": "1",
+    "slip_angle_deg": "deg",
+    "roll_distance_mm": "mm",
+    "repose_angle_deg": "deg",
+    "repose_flank_deg": "deg",
+    "repose_triangle_deg": "deg",
+    "repose_moment_deg": "deg",
+    "discharge_time_s": "s",
+    "fill_bulk_density_kg_m3": "kg/m3",
+    "dynamic_angle_deg": "deg",
+    "shear_stress_pa": "Pa",
+    "direction_error_deg": "deg",
+    "bond_number": "1",
+    "grains": "1",
+    "over_edge_share": "1",
+    "heap_height_mm": "mm",
+    "flow_time_s": "s",
+    "end_time_s": "s",
+    "largest_overlap": "1",
+}
 
 
 class Acting(NamedTuple):
@@ -91,9 +114,13 @@ class Effect:
 class Rig:
     """What turns cases into observables: a formula (`predict`), or a script that runs in YADE.
 
-    `parameters`, `conditions` and `numerics` map names to {default, min, max, unit, meaning}; a condition that is a word
-    out of a list has `options` in place of min and max, and nothing is interpolated over it. `readable` bounds what can be
-    read of an observable. Only on YADE: `effects` maps each effect the script knows to its parameters with the value
+    `parameters`, `conditions` and `numerics` map names to {default, min, max, unit, meaning}; a condition is usual from
+    `min` to `max` and may also have `limits`, what the rig can simulate (default: ten times beyond), and `required`, true
+    where it has to be given; one that is a word out of a list has `options` in place of min and max, and nothing is
+    interpolated over it. A parameter must lie from `min` to `max` and may have a `physical` range, where it usually does.
+    `observables` maps names to what they mean, `units` to the units they are read in, as far as these are declared;
+    `readable` bounds what can be read of an observable. Only on YADE: `effects` maps each effect the script knows to its
+    parameters with the value
     that means absent; `random` rigs scatter over the seed, and `seeds` of them make a mean; in `paired` ones the same
     seed ends nearly alike in nearly the same case; `extra` are files of effects beyond the rig's own, which it can take
     where `takes_effects` is true.
@@ -106,6 +133,7 @@ class Rig:
     observables: Mapping[str, str]
     predict: Callable | None = None
     normal_stress: Callable | None = None
+    units: Mapping[str, str] = field(default_factory=dict)
     readable: Mapping[str, tuple[float, float]] = field(default_factory=dict)
     effects: Mapping[str, Mapping] = field(default_factory=dict)
     contact_laws: tuple[str, ...] = ()
@@ -195,7 +223,10 @@ def rig_from(module: ModuleType, file: Path) -> Rig:
     if missing:
         raise InputError(f"{file}: RIG lacks {', '.join(missing)}")
     if not isinstance(declared["observables"], Mapping):
-        raise InputError(f"{file}: observables: expected {{name: meaning}}, got {declared['observables']!r}")
+        raise InputError(
+            f'{file}: observables: expected {{name: {{"unit": ..., "meaning": ...}}}}, or {{name: meaning}}, got '
+            f"{declared['observables']!r}"
+        )
     for name, quantity in [*declared["parameters"].items(), *declared["conditions"].items()]:
         if "options" in quantity and name in declared["conditions"]:
             _check_options(file, name, quantity)
@@ -204,8 +235,11 @@ def rig_from(module: ModuleType, file: Path) -> Rig:
             raise InputError(f"{file}: {name} lacks {', '.join(absent)}")
         if not quantity["min"] <= quantity["default"] <= quantity["max"]:
             raise InputError(f"{file}: {name}: expected min <= default <= max, got {quantity}")
+        for key in ("limits", "physical"):
+            _check_range(file, name, quantity, key)
     readable = {o: READABLE[o] for o in declared["observables"] if o in READABLE} | declared.get("readable", {})
-    rig = Rig(**{key: declared[key] for key in OF_EVERY_RIG}, file=file, readable=readable)
+    of_all = {key: declared[key] for key in OF_EVERY_RIG} | {"observables": _meanings(declared["observables"])}
+    rig = Rig(**of_all, units=_units(file, declared["observables"]), file=file, readable=readable)
     if not simulated:
         return replace(rig, predict=module.predict, normal_stress=getattr(module, "normal_stress", None))
     return _refuse_clash(
@@ -220,6 +254,42 @@ def rig_from(module: ModuleType, file: Path) -> Rig:
             **{key: declared[key] for key in ("seeds", "paired") if key in declared},
         )
     )
+
+
+def _meanings(observables: Mapping[str, Any]) -> dict[str, str]:
+    """What each observable means."""
+    return {name: o.get("meaning", "") if isinstance(o, Mapping) else str(o) for name, o in observables.items()}
+
+
+def _units(file: Path, observables: Mapping[str, Any]) -> dict[str, str]:
+    """The unit of each observable that has one declared, as text ("mm"; "1" where it is a number)."""
+    found = {name: UNITS[name] for name in observables if name in UNITS}
+    for name, given in observables.items():
+        if isinstance(given, Mapping):
+            if not isinstance(given.get("unit"), str) or not given["unit"]:
+                raise InputError(
+                    f'{file}: observables: {name}: expected {{"unit": "mm", "meaning": ...}}, "1" for a number, got {given!r}'
+                )
+            found[name] = given["unit"]
+    return found
+
+
+def _check_range(file: Path, name: str, quantity: Mapping, key: str) -> None:
+    """Refuse a second range of a quantity that is none: `limits` holds the first, `physical` lies inside it."""
+    if key not in quantity:
+        return
+    try:
+        low, high = map(float, quantity[key])
+    except (TypeError, ValueError):
+        raise InputError(f"{file}: {name}: {key}: expected (low, high), got {quantity[key]!r}") from None
+    inner, outer = (low, high), (quantity["min"], quantity["max"])
+    if key == "limits":
+        inner, outer = outer, inner
+    if not outer[0] <= inner[0] <= inner[1] <= outer[1]:
+        way = "min and max inside them" if key == "limits" else "a range inside min and max"
+        raise InputError(
+            f"{file}: {name}: {key} {low:g} to {high:g}: expected {way}, {quantity['min']:g} to {quantity['max']:g}"
+        )
 
 
 def _check_options(file: Path, name: str, declared: Mapping) -> None:

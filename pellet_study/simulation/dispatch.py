@@ -12,6 +12,7 @@ from pellet_study.rigs.declared import Rig
 from pellet_study.rigs.on_yade import rigs_of
 from pellet_study.simulation import local, unseen, yade
 from pellet_study.simulation.store import Store, key
+from pellet_study.tables.numbers import number_given
 
 SCHEDULER, TIME_LIMIT = "PELLET_STUDY_SCHEDULER", "PELLET_STUDY_TIME_LIMIT_S"
 LIMIT_IN_STATUS = re.compile(re.escape(local.TOOK_LONGER) + r" ([\d.e+]+) s")
@@ -99,7 +100,7 @@ def _limit(text: str | None) -> float | None:
     if not text:
         return None
     try:
-        seconds = float(text)
+        seconds = number_given(text)
     except ValueError:
         seconds = 0.0
     if not 0 < seconds < float("inf"):

@@ -142,6 +142,7 @@ SWEEPS = (
         {E: (0.05, 0.15, 0.3, 0.5, 0.7, 0.9), V: (0.05, 0.2, 1.0), GAMMA: (0.0, 0.2)},
         {E: (0.15, 0.5), V: (0.2,)},
     ),
+    Sweep("grain_impact", (DISSIPATING,), {E: (0.05, 0.15), V: (0.002,), GAMMA: (0.2,)}, {E: (0.15,)}),  # they stick
     Sweep("grain_sticking", (DISSIPATING,), {E: (0.3,), STIFF: SOFTER}, None),
     Sweep("grain_sticking", (DISSIPATING,), {E: (0.05, 0.15, 0.3, 0.5, 0.9)}, {E: (0.15,)}),
     Sweep("grain_pull_off", (DISSIPATING,), {E: (0.3,), APART: (1.0,), STIFF: SOFTER}, None),

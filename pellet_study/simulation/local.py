@@ -20,7 +20,7 @@ from pellet_study.errors import SimulationError
 from pellet_study.rigs.declared import Rig
 from pellet_study.rigs.scripts import SCRIPTS, fingerprint
 from pellet_study.simulation import yade
-from pellet_study.simulation.processes import Claims, Worker, ending, free_bytes
+from pellet_study.simulation.processes import Claims, Worker, ending, free_bytes, signal_of
 from pellet_study.simulation.store import Store
 from yade_scripts.case import CANNOT_GO_ON, NO_MEMORY, Table, flat
 
@@ -29,11 +29,30 @@ START_LIMIT_S = 120.0
 TOOK_LONGER = "took longer than its time limit of"
 LEAST_SPACE = 65536  # bytes; less is a full disk
 BAD_ALLOC = "std::bad_alloc"
+OF_THE_CASE = (signal.SIGSEGV, signal.SIGABRT, signal.SIGFPE)
+OF_WRAPPERS = (125, 126, 127, 255)  # exit statuses of docker, env and ssh that could not start it, or lost it
+MOST_IDLE = 5  # starts of YADE one after the other in which it takes up no case
+
+
+def from_outside(code: int, words: str) -> bool:
+    """Whether a process was ended by the machine or somebody, not by its case; ending in peace without a row is no fault either.
+
+    A case ends YADE by a bad address, an abort, a floating-point exception, or an exit of its own.
+    """
+    if code in (0, NO_MEMORY) or BAD_ALLOC in words or "KeyboardInterrupt" in words:
+        return True
+    number = signal_of(code)
+    return number not in OF_THE_CASE if number is not None else code in OF_WRAPPERS
+
+
+def of_memory(reason: str) -> bool:
+    """Whether a process ended as those do that had too little memory."""
+    return any(word in reason for word in ("SIGKILL", "MemoryError", BAD_ALLOC))
 
 
 def cores() -> int:
     """Number of cores this process may use."""
-    return len(os.sched_getaffinity(0))
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 def run(
@@ -69,14 +88,15 @@ class Campaign:
         self.cases, self.store, self.most, self.quiet = cases, store, min(workers, len(cases)), quiet
         self.limit_s = limit_s
         self.rigs = {name: rigs[name] for name in dict.fromkeys(case["rig"] for case in cases)}
-        self.folder = Path(tempfile.mkdtemp(prefix="campaign-", dir=store.folder))
+        self.folder = store.new_campaign()
         self.tables = {name: store.table(rig) for name, rig in self.rigs.items()}
         self.seen = {name: table.stat().st_size if table.exists() else 0 for name, table in self.tables.items()}
         self.failed, self.started = 0, 0
         self.finished: set[str] = set()
         self.wanted = {case["id"] for case in cases}
         self.running: list[Worker] = []
-        self.short_of_memory: dict[str, str] = {}
+        self.not_done: dict[str, str] = {}  # cases that the machine ended, and how
+        self.idle, self.claimed = 0, 0  # starts without progress, and how far it went
 
     def run(self) -> None:
         """Work until every case has a row."""
@@ -93,7 +113,7 @@ class Campaign:
             crashed = self._work(self.cases, bar)
             for case, _ in crashed:  # alone: a neighbour's fault or a passing shortage is not held against it
                 for again, reason in self._work([case], bar):
-                    if again["id"] not in self.short_of_memory:
+                    if again["id"] not in self.not_done:
                         self._record(again, reason)
                         self._count(bar)
         finally:
@@ -104,11 +124,17 @@ class Campaign:
                 os.close(worker.held)
             bar.close()
             shutil.rmtree(self.folder, ignore_errors=True)
-        short = [reason for name, reason in self.short_of_memory.items() if name not in self.finished]
-        if short:
+        lost = [reason for name, reason in self.not_done.items() if name not in self.finished]
+        if lost:
+            number = f"{len(lost)} of {len(self.cases)} cases"
+            kept = f"the others are kept in {self.store.folder}"
+            if any(of_memory(reason) for reason in lost):
+                raise SimulationError(
+                    f"{number} were killed, most likely for want of memory ({lost[0]}); {kept}. Close other programs, or "
+                    "give them more memory, and call again"
+                )
             raise SimulationError(
-                f"{len(short)} of {len(self.cases)} cases were killed, most likely for want of memory ({short[0]}); the "
-                f"others are kept in {self.store.folder}. Close other programs, or give them more memory, and call again"
+                f"{number} are not done: YADE was ended from outside, twice at the same case ({lost[0]}); {kept}. Call again"
             )
 
     def _work(self, cases: list[dict], bar: Any) -> list[tuple[dict, str]]:
@@ -126,6 +152,7 @@ class Campaign:
         }
         (folder / "campaign.json").write_text(json.dumps(task))
         crashed: list[tuple[dict, str]] = []
+        self.idle, self.claimed = 0, 0
         while True:
             for _ in range(min(self.most - len(self.running), len(cases) - claims.number())):
                 self._start(folder)
@@ -138,7 +165,7 @@ class Campaign:
             for worker in ended:
                 self.running.remove(worker)
                 os.close(worker.held)
-                crash = self._end(worker, cases)
+                crash = self._end(worker, cases, claims)
                 if crash:
                     crashed.append(crash)
 
@@ -202,7 +229,7 @@ class Campaign:
                     bar.update()
         bar.set_postfix(running=len(self.running), failed=self.failed, refresh=False)
 
-    def _end(self, worker: Worker, cases: list[dict]) -> tuple[dict, str] | None:
+    def _end(self, worker: Worker, cases: list[dict], claims: Claims) -> tuple[dict, str] | None:
         """A process ended: nothing to say, a case it did not finish and why, or a YADE that does not run."""
         code = worker.process.returncode
         reason = worker.reason or f"crashed YADE ({ending(code)}): {worker.last_words()}"
@@ -213,21 +240,34 @@ class Campaign:
                 f"a simulation could not go on: {words}. Finished cases are kept in {self.store.folder}; "
                 "mend it (make room on the disk, or install a complete YADE) and call again"
             )
+        outside = worker.reason is None and from_outside(code, reason)
         if worker.index is None:
-            if code == 0:
-                return None
-            raise SimulationError(
-                f"YADE ended before its first case: {reason}. "
-                f"Try it by hand: {' '.join(yade.command(SCRIPTS / 'rebound.py', '--example', 'cases.json'))}"
-            )
+            said = worker.reason or f"{ending(code)}, {worker.last_words()}"
+            self._count_idle(said, claims.number(), len(cases), 1 if outside else MOST_IDLE)
+            return None
         case = cases[worker.index]
-        if worker.reason is None and (
-            code in (NO_MEMORY, -signal.SIGKILL, 128 + signal.SIGKILL) or BAD_ALLOC in reason
-        ):
-            self.short_of_memory[case["id"]] = reason
+        if outside:
+            self.not_done[case["id"]] = reason
         else:
-            self.short_of_memory.pop(case["id"], None)
+            self.not_done.pop(case["id"], None)
         return None if case["id"] in self.finished else (case, reason)
+
+    def _count_idle(self, reason: str, claimed: int, number: int, weight: int) -> None:
+        """Stop where YADE ends again and again without taking up a case; at once where it failed by itself."""
+        if claimed == number and weight == 1:
+            return  # there was none left
+        self.idle = weight if claimed > self.claimed else self.idle + weight
+        self.claimed = claimed
+        if self.idle >= MOST_IDLE:
+            wrapper = (
+                "; a wrapper (sudo, docker, ssh) must pass open descriptors and the environment on"
+                if yade.named()
+                else ""
+            )
+            raise SimulationError(
+                f"YADE ended before its first case: {reason}. Try it by hand: "
+                f"{' '.join(yade.command(SCRIPTS / 'rebound.py', '--example', 'cases.json'))}{wrapper}"
+            )
 
     def _record(self, case: dict, reason: str) -> None:
         """Store a failure YADE could not store itself; it is counted like any other row."""

@@ -6,8 +6,10 @@ import subprocess
 import time
 from pathlib import Path
 
+from pellet_study.output.words import shown
 from yade_scripts.case import CLAIM_BYTES, one_line
 
+MOST_READ = 100_000  # bytes of a log
 NOISE = (
     "Welcome to Yade",
     "Using python version",
@@ -38,9 +40,11 @@ class Worker:
 
     def last_words(self) -> str:
         """The last line the simulator wrote that is not its usual banner."""
-        lines = self.log.read_text(errors="replace").splitlines()
+        with open(self.log, "rb") as stream:
+            stream.seek(max(0, self.log.stat().st_size - MOST_READ))
+            lines = stream.read().decode(errors="replace").splitlines()
         said = [line.strip() for line in lines if line.strip() and not line.startswith(NOISE)]
-        return one_line(said[-1]) if said else "no last words"
+        return shown(one_line(said[-1])) if said else "no last words"
 
 
 class Claims:
@@ -72,10 +76,13 @@ def free_bytes(folder: Path) -> int:
     return disk.f_bavail * disk.f_frsize
 
 
+def signal_of(code: int) -> int | None:
+    """The signal that ended a process, as the system or a shell between says it; None where it ended by itself."""
+    number = -code if code < 0 else code - 128
+    return number if number in list(signal.Signals) else None
+
+
 def ending(code: int) -> str:
     """How a process ended, in words; a shell between reports a signal as 128 + its number."""
-    number = -code if code < 0 else code - 128
-    try:
-        return signal.Signals(number).name
-    except ValueError:
-        return f"exit status {code}"
+    number = signal_of(code)
+    return f"exit status {code}" if number is None else signal.Signals(number).name

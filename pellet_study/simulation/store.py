@@ -1,23 +1,26 @@
 """Finished cases, kept as CSV rows in a folder: one table a rig, appended by the YADE processes as they finish."""
 
-import fcntl
 import hashlib
 import io
 import json
 import logging
 import os
 import shutil
+import tempfile
 from collections.abc import Mapping
 from pathlib import Path
 
 import pandas as pd
 
 from pellet_study.errors import InputError
+from pellet_study.files import locking, opening, writing
 from pellet_study.rigs.declared import Rig
 from pellet_study.simulation import yade
 from yade_scripts import case as case_file
 
 log = logging.getLogger(__name__)
+LARGEST = 2_000_000_000  # bytes of a table of finished cases
+MARK = ".pellet-study"  # in folders of its own
 READ_AS_TEXT = {"id": str, "status": str, "contact_law": str}
 
 
@@ -32,22 +35,41 @@ class Store:
     """The folder of finished cases; `with store:` holds it for one writer at a time."""
 
     def __init__(self, folder: Path):
-        self.folder = Path(folder).resolve()
+        self.named, self.folder = Path(folder), Path(folder).resolve()
 
     def __enter__(self) -> "Store":
-        self.folder.mkdir(parents=True, exist_ok=True)
-        self.lock = os.open(self.folder / "lock", os.O_RDWR | os.O_CREAT, 0o644)
+        opening.fill_streams()
+        writing.folder(self.named)
+        self._refuse_links()
+        self.lock = os.open(self.folder / "lock", os.O_RDWR | os.O_CREAT | writing.NO_FOLLOW, 0o644)
         try:
-            fcntl.flock(self.lock, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            log.warning("waiting for another pellet-study that works in %s", self.folder)
-            fcntl.flock(self.lock, fcntl.LOCK_EX)
-        for left in self.folder.glob("campaign-*"):  # of a driver that was killed
-            shutil.rmtree(left, ignore_errors=True)
+            locking.hold(self.lock, self.folder, self._wait)
+            for left in self.folder.glob("campaign-*"):  # of a driver that was killed
+                if (left / MARK).is_file() and not left.is_symlink():
+                    shutil.rmtree(left, ignore_errors=True)
+        except BaseException:
+            os.close(self.lock)
+            raise
         return self
 
     def __exit__(self, *_: object) -> None:
+        locking.release(self.lock)  # what a process of YADE left behind shares it, and would hold it on
         os.close(self.lock)
+
+    def _wait(self) -> None:
+        log.warning("waiting for another pellet-study that works in %s", self.folder)
+
+    def _refuse_links(self) -> None:
+        """Refuse a table, or the lock, that is a link: rows would be written where it leads."""
+        for entry in os.scandir(self.folder):
+            if entry.is_symlink():
+                writing.refuse_link(Path(entry.path))
+
+    def new_campaign(self) -> Path:
+        """A folder for one call, removed by the next one where this one is killed."""
+        folder = Path(tempfile.mkdtemp(prefix="campaign-", dir=self.folder))
+        (folder / MARK).touch()
+        return folder
 
     def kinds(self, rig: Rig) -> dict[str, type[str]]:
         """What some columns of a rig's table are read as; the others as what they look like."""
@@ -67,7 +89,7 @@ class Store:
         names, file = self.columns(rig), self.table(rig)
         if file.exists() and not file.is_file():
             raise InputError(f"{file}: expected a table of finished cases, found something else; move it away")
-        lines = file.read_bytes().split(b"\n")[1:] if file.exists() else []
+        lines = opening.content(file, LARGEST).split(b"\n")[1:] if file.exists() else []
         whole = [body for body in map(case_file.unsealed, lines) if body]
         lost = len(lines) - len(whole) - (not (lines and lines[-1]))
         if lost > 0:

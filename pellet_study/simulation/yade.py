@@ -4,13 +4,16 @@ import json
 import os
 import re
 import shutil
+import signal
 import subprocess
 import tempfile
+from collections.abc import Sequence
 from functools import cache
 from pathlib import Path
 
 import yade_scripts
 from pellet_study.errors import InputError, SimulationError
+from pellet_study.output.words import shown
 
 OLDEST = 2023  # year of the first version whose Mindlin law has the damping the rigs were checked with
 # what another Python, a locale, an MPI or batch system leaves in the environment and YADE would take for its own
@@ -28,6 +31,8 @@ LEAKS = (
     "SLURM_",
     "DISPLAY",
 )
+ANSWER_LIMIT_S = 60.0  # of a call that simulates nothing
+MOST_SAID = 1_000_000  # bytes
 SYSTEM_PATH = "/usr/local/sbin:/usr/local/bin:/usr/sbin:/usr/bin:/sbin:/bin"
 
 
@@ -50,8 +55,14 @@ def executable() -> str:
         )
     raise InputError(
         "YADE was not found: neither yadedaily nor yade is on the PATH. On Debian or Ubuntu: apt-get install yade "
-        "(`make study` does it); elsewhere set PELLET_STUDY_YADE to the command"
+        "(`make study` does it); elsewhere set PELLET_STUDY_YADE to the command. Closed-form rigs, tables, audits and photographs "
+        "need none"
     )
+
+
+def named() -> bool:
+    """Whether it is one that the user named."""
+    return bool(os.environ.get("PELLET_STUDY_YADE"))
 
 
 @cache
@@ -63,18 +74,42 @@ def version() -> str:
     SimulationError : YADE does not start
     """
     with tempfile.TemporaryDirectory(prefix="pellet-study-") as home:
-        found = subprocess.run(
-            [executable(), "--version"],
-            capture_output=True,
-            text=True,
-            errors="replace",
-            env=environment(home),
-            stdin=subprocess.DEVNULL,
-        )
-    words = [line.split(":", 1)[1] for line in found.stdout.splitlines() if line.startswith("Yade version:")]
-    if found.returncode or not words:
-        raise SimulationError(f"{executable()} --version failed: {(found.stderr or found.stdout).strip()[-500:]}")
+        code, said = _asked([executable(), "--version"], home)
+    words = [line.split(":", 1)[1] for line in said.splitlines() if line.startswith("Yade version:")]
+    if code or not words:
+        raise SimulationError(f"{executable()} --version failed: {shown(said[-500:])}")
     return words[0].strip().split(",")[0]
+
+
+def _asked(words: Sequence[str], home: str) -> tuple[int, str]:
+    """Exit status of a short call of YADE, and what it said; it and all it started end with the time limit.
+
+    Raises
+    ------
+    SimulationError : it does not end within `ANSWER_LIMIT_S`
+    """
+    with tempfile.TemporaryFile() as output:  # no pipe: what a process left behind holds open would be waited for
+        process = subprocess.Popen(
+            words,
+            stdin=subprocess.DEVNULL,
+            stdout=output,
+            stderr=subprocess.STDOUT,
+            env=environment(home),
+            start_new_session=True,
+        )
+        try:
+            code = process.wait(ANSWER_LIMIT_S)
+        except subprocess.TimeoutExpired:
+            raise SimulationError(
+                f"{' '.join(words)} did not end within {ANSWER_LIMIT_S:g} s; try it by hand, and name a YADE that answers in "
+                "PELLET_STUDY_YADE"
+            ) from None
+        finally:
+            if process.poll() is None:
+                os.killpg(process.pid, signal.SIGKILL)
+                process.wait()
+        output.seek(0)
+        return code, output.read(MOST_SAID).decode(errors="replace")
 
 
 def lacks() -> dict[str, str]:
@@ -87,18 +122,9 @@ def lacks() -> dict[str, str]:
     script = Path(yade_scripts.__file__).with_name("build.py")
     with tempfile.TemporaryDirectory(prefix="pellet-study-") as home:
         answer = Path(home) / "lacks.json"
-        found = subprocess.run(
-            command(script, str(answer)),
-            capture_output=True,
-            text=True,
-            errors="replace",
-            env=environment(home),
-            stdin=subprocess.DEVNULL,
-        )
-        if found.returncode or not answer.exists():
-            raise SimulationError(
-                f"{executable()} does not run a script: {(found.stderr or found.stdout).strip()[-500:]}"
-            )
+        code, said = _asked(command(script, str(answer)), home)
+        if code or not answer.exists():
+            raise SimulationError(f"{executable()} does not run a script: {shown(said[-500:])}")
         return json.loads(answer.read_text())
 
 

@@ -13,7 +13,9 @@ from pellet_study.errors import InputError, StudyError
 from pellet_study.output.words import nearest, number
 from pellet_study.rigs.catalogue import Catalogue, standard
 from pellet_study.rigs.declared import Acting, Effect, Rig
+from pellet_study.study.continuity import refuse_jumps
 from pellet_study.study.measurements import Measurement
+from pellet_study.study.scene_trials import refuse_jumps_in_scenes
 
 INERT = 1e-6  # relative change of a prediction by an effect at `absent`: what a rig's solver leaves
 
@@ -21,10 +23,16 @@ INERT = 1e-6  # relative change of a prediction by an effect at `absent`: what a
 def check_on_rows(catalogue: Catalogue, rows: Sequence[Measurement], settings: Mapping[str, float]) -> None:
     """Ask closed forms that the user's own code has a part in for a study's rows, without effects and with each at `absent`.
 
+    Effects in the scenes of bench rigs on YADE are asked for what they answer there; nothing is simulated.
+
     Raises
     ------
-    InputError : a prediction fails, or an effect at `absent` changes it
+    InputError : a prediction fails, or an effect at `absent` changes it, jumps from there, or moves in steps
     """
+    used = [catalogue.rigs[name] for name in dict.fromkeys(row.rig for row in rows)]
+    for effect in catalogue.effects.values():
+        if effect.file and (on_yade := [rig for rig in used if rig.on_yade and rig.name in effect.rigs]):
+            refuse_jumps_in_scenes(effect, on_yade)
     for name in dict.fromkeys(row.rig for row in rows):
         rig, in_rig = catalogue.rigs[name], [row for row in rows if row.rig == name]
         effects = [effect for effect in catalogue.effects.values() if effect.file and name in effect.closed_form]
@@ -33,7 +41,8 @@ def check_on_rows(catalogue: Catalogue, rows: Sequence[Measurement], settings: M
         shape = (2, len(in_rig))  # two points: an answer in a wrong shape is seen
         parameters = {p: np.full((2, 1), settings.get(p, known["default"])) for p, known in rig.parameters.items()}
         conditions: dict[str, Any] = {c: np.array([row.conditions[c] for row in in_rig]) for c in rig.conditions}
-        conditions["median_normal_stress_pa"] = 1.0
+        stresses = [rig.normal_stress(row.conditions, row.value) for row in in_rig] if rig.normal_stress else [1.0]
+        conditions["median_normal_stress_pa"] = float(np.median(stresses))
         without = rig.predict(parameters, conditions, {})
         for effect in effects:
             absent = {p: np.full((2, 1), value) for p, value in effect.neutral().items()}
@@ -47,6 +56,7 @@ def check_on_rows(catalogue: Catalogue, rows: Sequence[Measurement], settings: M
                         f"{effect.neutral()[effect.amount]:g} it makes {observable} of {name} {after[worst]:.6g} instead "
                         f"of {before[worst]:.6g}; at `absent` an effect must change nothing"
                     )
+            refuse_jumps(rig, effect, conditions, settings)
 
 
 def checked_rig(rig: Rig, file: Path) -> Rig:

@@ -1,6 +1,5 @@
 """study.toml edited in place, the other lines as they are."""
 
-import fcntl
 import logging
 import os
 import re
@@ -10,9 +9,12 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from pellet_study.errors import InputError
+from pellet_study.files import locking, opening, writing
+from pellet_study.files.toml import LARGEST
 from pellet_study.study.study import Setting
 
 log = logging.getLogger(__name__)
+BOM = "\ufeff"
 
 
 @contextmanager
@@ -21,13 +23,12 @@ def alone(folder: Path) -> Iterator[None]:
     if not folder.is_dir():
         yield
         return
+    if not locking.available():
+        yield
+        return
     descriptor = os.open(folder, os.O_RDONLY)
     try:
-        try:
-            fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
-        except BlockingIOError:
-            log.info("waiting for another command that edits %s", folder)
-            fcntl.flock(descriptor, fcntl.LOCK_EX)
+        locking.hold(descriptor, folder, lambda: log.info("waiting for another command that edits %s", folder))
         yield
     finally:
         os.close(descriptor)
@@ -36,29 +37,42 @@ def alone(folder: Path) -> Iterator[None]:
 def write_effect(file: Path, name: str, values: Mapping[str, Setting]) -> None:
     """Put an effect into study.toml, the other lines as they are."""
     inner = ", ".join(f"{key} = {_toml(setting)}" for key, setting in values.items())
-    lines = _without(file, name)
-    entry = f"{name} = {{ {inner} }}"
+    bom, lines, end = _lines(file)
+    lines = _without(lines, name)
+    entry = f"{name} = {{ {inner} }}{end}"
     header = next((k for k, line in enumerate(lines) if re.match(r"\s*\[\s*effects\s*\]", line)), None)
     if header is None:
         first_sub = next((k for k, line in enumerate(lines) if re.match(r"\s*\[\s*effects\s*\.", line)), None)
         if first_sub is None:
-            lines += ([""] if lines and lines[-1].strip() else []) + ["[effects]", entry]
+            lines += ([end] if lines and lines[-1].strip() else []) + [f"[effects]{end}", entry]
         else:
-            lines[first_sub:first_sub] = ["[effects]", entry, ""]
+            lines[first_sub:first_sub] = [f"[effects]{end}", entry, end]
     else:
         lines.insert(header + 1, entry)
-    _replace(file, lines, lambda present: name in present)
+    _replace(file, bom + "".join(lines), lambda present: name in present)
 
 
 def erase_effect(file: Path, name: str) -> None:
     """Take an effect out of study.toml, the other lines as they are."""
-    _replace(file, _without(file, name), lambda present: name not in present)
+    bom, lines, _ = _lines(file)
+    _replace(file, bom + "".join(_without(lines, name)), lambda present: name not in present)
 
 
-def _without(file: Path, name: str) -> list[str]:
+def _lines(file: Path) -> tuple[str, list[str], str]:
+    """A byte order mark where there is one, the lines of study.toml with their ends, and how most of them end."""
+    text = opening.text(file, LARGEST, encoding="utf-8")
+    bom = BOM if text.startswith(BOM) else ""
+    lines = re.findall(r"[^\n]*\n|[^\n]+", text[len(bom) :])
+    end = "\r\n" if 2 * sum(line.endswith("\r\n") for line in lines) > len(lines) else "\n"
+    if lines and not lines[-1].endswith("\n"):
+        lines[-1] += end
+    return bom, lines, end
+
+
+def _without(lines: list[str], name: str) -> list[str]:
     """The lines of study.toml less those that make an effect present."""
     kept, section, dropping = [], "", False
-    for line in file.read_text(encoding="utf-8").splitlines():
+    for line in lines:
         header = re.match(r"\s*\[\s*([^\]]+?)\s*\]", line)
         if header:
             section = header.group(1).replace(" ", "")
@@ -75,15 +89,22 @@ def _toml(setting: Setting) -> str:
     return f"{{ value = {float(f'{setting.value:.6g}')!r}, min = {setting.low!r}, max = {setting.high!r} }}"
 
 
-def _replace(file: Path, lines: list[str], right: Callable[[dict], bool]) -> None:
-    """Write study.toml anew, whole or not at all, after checking that it says what it should."""
-    text = "\n".join(lines) + "\n"
+def _replace(file: Path, text: str, right: Callable[[dict], bool]) -> None:
+    """Write study.toml anew, whole or not at all, after checking that it says what it should.
+
+    Where it is a link, the file in the study that it leads to is written.
+    """
     try:
-        fine = right(tomllib.loads(text).get("effects", {}))
+        fine = right(tomllib.loads(text.removeprefix(BOM)).get("effects", {}))
     except tomllib.TOMLDecodeError:
         fine = False
     if not fine:
         raise InputError(f"{file}: [effects] is written in a way that cannot be edited here; edit it by hand")
-    temporary = file.with_suffix(".toml.new")
-    temporary.write_text(text, encoding="utf-8")
-    temporary.replace(file)
+    target = file
+    if file.is_symlink():
+        target, study = file.resolve(), file.parent.resolve()
+        if not target.is_relative_to(study):
+            raise InputError(
+                f"{file}: is a link to {target}, outside the study, which is not edited; copy that file here, or edit it by hand"
+            )
+    writing.text(target, text, ours=writing.anything)

@@ -1,9 +1,11 @@
 """What a study folder remembers: each command's answer, and the error falling step by step."""
 
-import json
+from collections.abc import Sequence
 from pathlib import Path
 
 from pellet_study.errors import InputError
+from pellet_study.files import opening, writing
+from pellet_study.output.words import plain
 
 HISTORY = "history.json"
 
@@ -19,21 +21,28 @@ def read_history(folder: Path) -> list[dict]:
     if not file.exists():
         return []
     try:
-        steps = json.loads(file.read_text(encoding="utf-8"))["steps"]
+        steps = opening.json_in(file)["steps"]
         if not isinstance(steps, list):
-            raise TypeError
+            raise TypeError("`steps` is no list")
+        for step in steps:
+            _gist(step), step["chi2"], step["lack_of_fit_p"]
         return steps
-    except (ValueError, KeyError, TypeError):
-        raise InputError(f"{file}: is damaged; delete it to begin the history anew") from None
+    except (ValueError, KeyError, TypeError) as error:
+        raise InputError(
+            f"{file}: is damaged ({type(error).__name__}: {error}); delete it, and `pellet-study refine {folder}` begins the "
+            "history anew"
+        ) from None
 
 
 def record(folder: Path, steps: list[dict]) -> None:
-    """Add steps to a study's history; a step that repeats the last one is left out."""
+    """Add steps to a study's history; a step that repeats the last one is left out, and steps that are its last already."""
     known = read_history(folder)
+    if [*map(_gist, known[-len(steps) :])] == [*map(_gist, steps)]:
+        return
     for new in steps:
         if not known or _gist(known[-1]) != _gist(new):
             known.append(new)
-    write(folder / HISTORY, {"steps": known})
+    writing.json(folder / HISTORY, {"steps": known})
 
 
 def _gist(step_told: dict) -> tuple:
@@ -42,14 +51,17 @@ def _gist(step_told: dict) -> tuple:
     return (*step_told["effects"], step_told["dof"], *(None if e is None else f"{e:.3g}" for e in errors))
 
 
-def write(file: Path, answer: dict) -> None:
-    """Write an answer whole or not at all."""
-    temporary = file.with_suffix(file.suffix + ".new")
-    temporary.write_text(json.dumps(answer, indent=1, allow_nan=False) + "\n", encoding="utf-8")
-    temporary.replace(file)
+def recorded(folder: Path, effects: Sequence[str]) -> bool:
+    """Whether the last comparison and the last step of the history are of a model with these effects."""
+    steps = read_history(folder)
+    try:
+        compared = opening.json_in(folder / "compare.json")["effects"]
+    except (OSError, ValueError, KeyError, TypeError):
+        return False
+    return bool(steps) and compared == steps[-1]["effects"] == list(effects)
 
 
 def leave(folder: Path, name: str, page: str, answer: dict) -> None:
     """Keep a command's page and its answer in the study: NAME.txt and NAME.json."""
-    (folder / f"{name}.txt").write_text(page + "\n", encoding="utf-8")
-    write(folder / f"{name}.json", answer)
+    writing.text(folder / f"{name}.txt", plain(page) + "\n")
+    writing.json(folder / f"{name}.json", answer)

@@ -1,18 +1,23 @@
 """A study folder read and checked: study.toml, its measurements, and effects and rigs of the user's own."""
 
-import tomllib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from pellet_study.errors import InputError
+from pellet_study.files.toml import toml_in
 from pellet_study.output.words import nearest
 from pellet_study.rigs.catalogue import Catalogue
+from pellet_study.rigs.declared import Effect
 from pellet_study.study.checked_code import check_on_rows
-from pellet_study.study.measurements import Measurement, read
+from pellet_study.study.conditions import check_conditions, remarks
+from pellet_study.study.measurements import Measurement, read, refuse_sizes
+from pellet_study.study.ranges import refuse_beyond, unusual_parameter
 from pellet_study.study.study import SCALINGS, SEEDS_BY, Possible, Setting, Study, check, settings
 from pellet_study.study.user_code import catalogue_of
-from pellet_study.study.values import choice, limits, setting, table, text, words
+from pellet_study.study.values import choice, setting, table, text, words
+from pellet_study.tables.rows import STRAY, stray_return
 from yade_scripts import laws
 
 KEYS = (
@@ -27,9 +32,8 @@ KEYS = (
     "effort",
     "seeds_by",
 )
-LARGEST = 1_000_000  # bytes
 CONTACT_LAWS = tuple(laws.LAWS)
-EFFORT = (0.5, 100.0)  # simulations of the rigs on YADE, as a multiple of the least that answers
+EFFORT = {"min": 0.5, "max": 100.0}  # simulations of the rigs on YADE, as a multiple of the least that answers
 
 
 def load(folder: Path, library: Path | None = None) -> Study:
@@ -45,12 +49,24 @@ def load(folder: Path, library: Path | None = None) -> Study:
     InputError : anything in it cannot be used
     """
     folder, library = Path(folder), None if library is None else Path(library)
+    _refuse_no_folder(folder)
     file = folder / "study.toml"
-    given = _toml_in(file)
+    given = toml_in(file, "a study is a folder with study.toml and measurements.csv", explain=_stray)
     refuse_unknown(given, file)
     everything = catalogue_of(folder, library)
-    rows = read(_inside(folder, file, text(file, given, "measurements", "measurements.csv")), everything)
+    measurements = _inside(folder, file, text(file, given, "measurements", "measurements.csv"))
+    rows = read(measurements, everything)
+    refuse_sizes(measurements, rows)
+    check_conditions(measurements, rows, everything)
     return assembled(given, rows, everything, file, folder, library)
+
+
+def _refuse_no_folder(folder: Path) -> None:
+    """A study is a folder: where a file of it is given, the folder is named."""
+    if folder.is_file():
+        inside = (folder.parent / "study.toml").is_file()
+        advice = f"give the folder it is in, {folder.parent}" if inside else "put it there as measurements.csv"
+        raise InputError(f"{folder}: is a file; a study is a folder with study.toml and measurements.csv: {advice}")
 
 
 def refuse_unknown(given: Mapping, file: Path | str) -> None:
@@ -69,13 +85,15 @@ def assembled(
     library: Path | None = None,
 ) -> Study:
     """A checked study of what study.toml says, given as tables, and of measured rows; `file` is named in errors."""
+    rows, left_out = _parted(file, rows)
     possible = _possible(file, table(file, given, "possible"), everything)
-    catalogue = everything.within(list(dict.fromkeys([*(row.rig for row in rows), *possible])))
+    rigs = list(dict.fromkeys([*(row.rig for row in rows), *possible]))
+    catalogue = everything.within(rigs)
     law = choice(file, given, "contact_law", CONTACT_LAWS)
     study = Study(
         title=text(file, given, "title", folder.resolve().name if folder else "study"),
         rows=rows,
-        parameters=_parameters(file, table(file, given, "parameters"), catalogue),
+        parameters=_parameters(file, table(file, given, "parameters"), catalogue, rigs),
         effects=_effects(file, table(file, given, "effects"), catalogue),
         catalogue=catalogue,
         candidates=_candidates(file, given.get("candidates"), catalogue),
@@ -86,26 +104,27 @@ def assembled(
         seeds_by=choice(file, given, "seeds_by", SEEDS_BY) or "setting",
         folder=folder,
         library=library,
+        left_out=left_out,
     )
     check(study, f"{file}: ")
     check_on_rows(catalogue, rows, {name: given.value for name, given in study.parameters.items()})
-    return study
+    fixed = {name: given.value for name, given in study.parameters.items() if not given.free}
+    of_effects = [words for name, given in study.effects.items() for words in _unusual(catalogue.effects[name], given)]
+    return replace(study, remarks=(*remarks(rows, catalogue, fixed), *of_effects))
 
 
-def _toml_in(file: Path) -> dict:
-    """What study.toml says."""
-    try:
-        if file.exists() and (not file.is_file() or file.stat().st_size > LARGEST):
-            raise InputError(f"{file}: expected a text file of at most {LARGEST} bytes")
-        return tomllib.loads(file.read_text(encoding="utf-8-sig"))
-    except FileNotFoundError:
-        raise InputError(f"{file}: no such file; a study is a folder with study.toml and measurements.csv") from None
-    except UnicodeDecodeError as error:
-        raise InputError(f"{file}: no UTF-8 text ({error.reason} at byte {error.start}); save it as UTF-8") from None
-    except (tomllib.TOMLDecodeError, RecursionError) as error:
-        raise InputError(f"{file}: no valid TOML: {error}") from None
-    except (OSError, ValueError) as error:
-        raise InputError(f"{file}: cannot be read: {error}") from None
+def _parted(file: Path | str, rows: tuple[Measurement, ...]) -> tuple[tuple[Measurement, ...], tuple[Measurement, ...]]:
+    """The rows that are used, and those left out."""
+    used = tuple(row for row in rows if row.split != "leave_out")
+    if not used:
+        raise InputError(f"{file}: every row of the measurements is left out; give some the split `fit`")
+    return used, tuple(row for row in rows if row.split == "leave_out")
+
+
+def _stray(text_of: str) -> str | None:
+    """What to say of a return within a line of study.toml."""
+    stray = stray_return(text_of)
+    return f"line {stray}: {STRAY}" if stray else None
 
 
 def _inside(folder: Path, file: Path, name: str) -> Path:
@@ -119,13 +138,14 @@ def _inside(folder: Path, file: Path, name: str) -> Path:
     return path
 
 
-def _parameters(file: Path | str, given: Mapping, catalogue: Catalogue) -> dict[str, Setting]:
+def _parameters(file: Path | str, given: Mapping, catalogue: Catalogue, rigs: Collection[str]) -> dict[str, Setting]:
     known = {name: q for rig in catalogue.rigs.values() for name, q in rig.parameters.items()}
+    of_rigs = {name for rig in rigs for name in catalogue.rigs[rig].parameters}
     found: dict[str, Setting] = {}
     for name, value in given.items():
         if name not in known:
-            raise InputError(f"{file}: parameters: {name!r} is unknown{nearest(name, known)}")
-        found[name] = setting(f"{file}: parameters: {name}", value, limits(known[name]))
+            raise InputError(f"{file}: parameters: {name!r} is unknown in {', '.join(rigs)}{nearest(name, of_rigs)}")
+        found[name] = setting(f"{file}: parameters: {name}", value, known[name])
     return found
 
 
@@ -140,8 +160,14 @@ def _effects(file: Path | str, given: Mapping, catalogue: Catalogue) -> dict[str
                 raise InputError(f"{file}: effects: {name}: {key!r} is unknown{nearest(key, effect.parameters)}")
         found[name] = settings(effect, {})
         for key, value in values.items():
-            found[name][key] = setting(f"{file}: effects: {name}: {key}", value, limits(effect.parameters[key]))
+            found[name][key] = setting(f"{file}: effects: {name}: {key}", value, effect.parameters[key])
     return found
+
+
+def _unusual(effect: Effect, given: Mapping[str, Setting]) -> list[str]:
+    """What to say of an effect's fixed values beyond their physical range."""
+    words = [unusual_parameter(name, effect.parameters[name], [s.value]) for name, s in given.items() if not s.free]
+    return [f"{effect.name}: {said}" for said in words if said]
 
 
 def _candidates(file: Path | str, given: Any, catalogue: Catalogue) -> tuple[str, ...] | None:
@@ -172,7 +198,10 @@ def _possible(file: Path | str, given: Mapping, catalogue: Catalogue) -> dict[st
                 continue
             level = setting(where, given_range)
             low = level.value if level.low is None else level.low
-            found[name][condition] = low, level.value if level.high is None else level.high
+            high = level.value if level.high is None else level.high
+            found[name][condition] = low, high
             if rig.conditions[condition].get("positive") and low <= 0:
                 raise InputError(f"{where}: expected more than 0")
+            for end in (low, high):
+                refuse_beyond(f"{file}: possible.{name}", condition, end, rig.conditions[condition])
     return found

@@ -1,21 +1,35 @@
 """measurements.csv: tidy rows, a reading or a mean of readings each, checked before anything is computed from them."""
 
 import math
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 
 from pellet_study.errors import InputError
 from pellet_study.output.words import nearest
 from pellet_study.rigs.catalogue import Catalogue
-from pellet_study.rigs.declared import Condition
+from pellet_study.rigs.declared import Condition, Rig
+from pellet_study.study.ranges import other_unit
 from pellet_study.tables import rows
-from pellet_study.tables.numbers import BLANKS, number
+from pellet_study.tables.numbers import BLANKS, SIZES, fits, number
 
-COLUMNS = ("rig", "observable", "value", "sd", "n", "setup", "setup_sd", "split", "note")
+COLUMNS = (
+    "rig",
+    "observable",
+    "value",
+    "sd",
+    "n",
+    "setup",
+    "setup_sd",
+    "split",
+    "reason",
+    "order",
+    "note",
+    "resolution",
+)
 REQUIRED = ("rig", "observable", "value")
-SPLITS = ("fit", "holdout")
-TEXTS = ("rig", "observable", "value", "setup", "split", "note")  # where * or / is no blank
+SPLITS = ("fit", "holdout", "leave_out")
+TEXTS = ("rig", "observable", "value", "setup", "split", "reason", "note")  # where * or / is no blank
 ENCODINGS = ("utf-8-sig", "utf-16", "gb18030")
 
 
@@ -24,8 +38,9 @@ class Measurement:
     """One row: a reading, or the mean of `n` readings.
 
     `sd` is of one reading, None where unknown; `conditions` holds every condition of the rig, a number or a word each,
-    defaults filled in;
-    `parameters` those known for this row; `line` is the row's line in the file.
+    defaults filled in, and `assumed` names those that were; `parameters` are those known for this row; `split` is `fit`,
+    `holdout` or `leave_out`, `reason` says why a row is not fitted; `order` is when it was taken; `line` is the row's line
+    in the file.
     """
 
     rig: str
@@ -40,6 +55,10 @@ class Measurement:
     split: str
     note: str
     line: int
+    resolution: float = 0.0  # smallest step of the instrument, a least sd; 0 where it is not given
+    reason: str = ""
+    order: float | None = None
+    assumed: tuple[str, ...] = ()
 
 
 def read(file: Path, catalogue: Catalogue) -> tuple[Measurement, ...]:
@@ -54,27 +73,62 @@ def read(file: Path, catalogue: Catalogue) -> tuple[Measurement, ...]:
     if header is None:
         names = ", ".join(REQUIRED)
         raise InputError(f"{file}: empty; line 1: column {names} is missing; expected a header with at least {names}")
-    reader = _Rows(file, first, header, catalogue, form.decimal)
+    _check_header(file, first, header, catalogue, table)
+    reader = _Rows(file, header, catalogue, form.decimal)
     found = tuple(reader.row(line, cells) for line, cells in table if any(cells))
     if not found:
         raise InputError(f"{file}: no rows; a row is a reading or a mean of readings")
     return found
 
 
-def _check_header(file: Path, first: int, header: list[str], conditions: set, parameters: set) -> None:
-    accepted = {*COLUMNS, *conditions, *parameters}
+def refuse_sizes(file: Path | str, rows: Sequence[Measurement]) -> None:
+    """Refuse numbers of sizes that cannot be reckoned with, as their squares run over.
+
+    Raises
+    ------
+    InputError : names the line, the column and the number
+    """
+    for row in rows:
+        own = (("value", row.value), ("sd", row.sd or 0.0), ("setup_sd", row.setup_sd), ("resolution", row.resolution))
+        for name, value in (*own, *row.conditions.items(), *row.parameters.items()):
+            if isinstance(value, float) and not fits(value):
+                raise InputError(f"{file}: line {row.line}: {name} {value!r}: expected {SIZES}; is the unit right?")
+
+
+def _check_header(
+    file: Path, first: int, header: list[str], catalogue: Catalogue, table: Iterator[tuple[int, list[str]]]
+) -> None:
+    """Refuse a column that is no rig's, or given twice, or missing; the rows tell which rigs the names are looked up in."""
+    accepted = {*COLUMNS, *(name for rig in catalogue.rigs.values() for name in (*rig.conditions, *rig.parameters))}
     for name in header:
         if header.count(name) > 1:
             raise InputError(
                 f"{file}: line {first}: column {name!r} is given {header.count(name)} times; each name only once"
             )
-        if name not in accepted:
-            raise InputError(f"{file}: line {first}: column {name!r} is unknown{nearest(name, accepted)}")
+    unknown = next((name for name in header if name not in accepted), None)
+    if unknown is not None:
+        rigs = [rig.name for rig in _rigs_of(file, header, catalogue, table)]
+        of_rigs = {n for rig in rigs for n in (*catalogue.rigs[rig].conditions, *catalogue.rigs[rig].parameters)}
+        raise InputError(
+            f"{file}: line {first}: column {unknown!r} is unknown{' in ' + ', '.join(rigs) if rigs else ''}"
+            f"{nearest(unknown, {*COLUMNS, *of_rigs} if rigs else accepted)}"
+        )
     missing = [name for name in REQUIRED if name not in header]
     if missing:
         raise InputError(
             f"{file}: line {first}: column {', '.join(missing)} is missing; given were {', '.join(header)}"
         )
+
+
+def _rigs_of(file: Path, header: list[str], catalogue: Catalogue, table: Iterator[tuple[int, list[str]]]) -> list[Rig]:
+    """The rigs that rows name, or InputError for the first that is none."""
+    if "rig" not in header:
+        return []
+    place, lines = header.index("rig"), dict[str, int]()
+    for line, cells in table:
+        if len(cells) == len(header) and cells[place]:
+            lines.setdefault(cells[place], line)
+    return [catalogue.rig(name, f"{file}: line {line}: ") for name, line in lines.items()]
 
 
 def _number(
@@ -93,14 +147,24 @@ def _number(
     return value
 
 
+def _check_split(where: str, split: str, reason: str) -> None:
+    """Refuse an unknown split, a row left out without a reason, and a reason for a row that is fitted."""
+    if split and split not in SPLITS:
+        raise InputError(f"{where}: split {split!r} is unknown{nearest(split, SPLITS)}")
+    if split == "leave_out" and not reason:
+        raise InputError(f"{where}: split leave_out: a row that is left out says why in a column `reason`")
+    if reason and split in ("", "fit"):
+        raise InputError(
+            f"{where}: reason {reason[:60]!r}, but the row is fitted; expected split leave_out or holdout beside it"
+        )
+
+
 class _Rows:
     """Rows of one file, checked; rows of one case share what they say of it."""
 
-    def __init__(self, file: Path, first: int, header: list[str], catalogue: Catalogue, decimal: str = "."):
+    def __init__(self, file: Path, header: list[str], catalogue: Catalogue, decimal: str = "."):
         self.file, self.header, self.catalogue, self.decimal = file, header, catalogue, decimal
         self.conditions = {name for rig in catalogue.rigs.values() for name in rig.conditions}
-        self.parameters = {name for rig in catalogue.rigs.values() for name in rig.parameters}
-        _check_header(file, first, header, self.conditions, self.parameters)
         self.numeric = [k for k, name in enumerate(header) if name not in TEXTS]
         self.of_case = [header.index("rig"), header.index("observable")]
         self.of_case += [k for k, name in enumerate(header) if name not in COLUMNS]
@@ -120,18 +184,19 @@ class _Rows:
         key = tuple([cells[k] for k in self.of_case])
         if key not in self.cases:
             self.cases[key] = self._case(where, dict(zip(self.header, cells, strict=True)))
-        rig, observable, conditions, known = self.cases[key]
-        value, sd, n, setup, setup_sd, split, note = (
-            "" if (place := self.place[name]) is None else cells[place] for name in COLUMNS[2:]
+        rig, observable, conditions, known, assumed = self.cases[key]
+        value, sd, n, setup, setup_sd, split, reason, order, note = (
+            "" if (place := self.place[name]) is None else cells[place] for name in COLUMNS[2:-1]
         )
+        place = self.place["resolution"]
+        resolution = cells[place] if place is not None else ""
         count = _number(where, "n", n, 1, decimal=self.decimal) if n else 1.0
         if count != int(count):
             raise InputError(f"{where}: n {n!r}: expected a whole number of readings")
-        if split and split not in SPLITS:
-            raise InputError(f"{where}: split {split!r} is unknown{nearest(split, SPLITS)}")
+        _check_split(where, split, reason)
         reading = _number(where, "value", value, decimal=self.decimal)
         low, high = self.catalogue.rigs[rig].readable.get(observable, (-math.inf, math.inf))
-        if not low <= reading <= high:
+        if not low <= reading <= high and split != "leave_out":
             raise InputError(
                 f"{where}: value {value!r}: {observable} of {rig} can be read from {low:g} to {high:g} only"
             )
@@ -148,10 +213,14 @@ class _Rows:
             split=split or SPLITS[0],
             note=note,
             line=line,
+            resolution=_number(where, "resolution", resolution, 0.0, decimal=self.decimal) if resolution else 0.0,
+            reason=reason,
+            order=_number(where, "order", order, decimal=self.decimal) if order else None,
+            assumed=assumed,
         )
 
-    def _case(self, where: str, cells: dict[str, str]) -> tuple[str, str, dict, dict]:
-        """Rig, observable, conditions with defaults filled in, known parameters."""
+    def _case(self, where: str, cells: dict[str, str]) -> tuple[str, str, dict, dict, tuple[str, ...]]:
+        """Rig, observable, conditions with defaults filled in, known parameters, the conditions filled in."""
         rig = self.catalogue.rig(cells["rig"], f"{where}: ")
         if cells["observable"] not in rig.observables:
             raise InputError(
@@ -177,11 +246,13 @@ class _Rows:
                 known[name] = _number(where, name, text, decimal=self.decimal)
                 low, high = rig.parameters[name]["min"], rig.parameters[name]["max"]
                 if not low <= known[name] <= high:
-                    raise InputError(f"{where}: {name} {text!r}: expected a value from {low:g} to {high:g}")
+                    hint = other_unit(rig.parameters[name], (known[name],))
+                    raise InputError(f"{where}: {name} {text!r}: expected a value from {low:g} to {high:g}{hint}")
             else:
                 kind = "condition" if name in self.conditions else "parameter"
                 raise InputError(
                     f"{where}: rig {rig.name} has no {kind} {name!r}, leave the cell blank; it has "
                     f"{', '.join([*rig.conditions, *rig.parameters])}"
                 )
-        return rig.name, cells["observable"], conditions, known
+        assumed = tuple(name for name in rig.conditions if not cells.get(name))
+        return rig.name, cells["observable"], conditions, known, assumed

@@ -6,7 +6,7 @@ from pathlib import Path
 
 from pellet_study.errors import InputError
 from pellet_study.rigs.catalogue import Catalogue
-from pellet_study.rigs.declared import Effect
+from pellet_study.rigs.declared import Condition, Effect
 from pellet_study.study.measurements import Measurement
 
 Possible = tuple[float, float] | tuple[str, ...]  # least and largest of a condition, or the words that it may be
@@ -36,6 +36,8 @@ class Study:
     `candidates` is None where any effect that acts in the rigs may be considered; `possible` maps a rig to
     {condition: (min, max) or words} of what could be measured next; `effort` multiplies the number of simulations; `seeds_by`
     says what the seeds of `calibrate` belong to; `library` is the folder of shared effects and rigs that it was loaded with.
+    `left_out` are rows of split `leave_out`, each with its reason: they are shown and used for nothing, so that `rows` does
+    not have them. `remarks` are what to know of the rows and values before anything is computed.
     """
 
     title: str
@@ -51,11 +53,65 @@ class Study:
     seeds_by: str = "setting"
     folder: Path | None = None
     library: Path | None = None
+    left_out: tuple[Measurement, ...] = ()
+    remarks: tuple[str, ...] = ()
 
     @property
     def rigs(self) -> tuple[str, ...]:
         """Rigs that have rows, in the order of the file."""
         return tuple(dict.fromkeys(row.rig for row in self.rows))
+
+    @property
+    def units(self) -> dict[str, str]:
+        """Units as declared: of parameters, conditions and observables of the rigs used and of those possible, and of effects as
+        `effect.parameter`."""
+        found: dict[str, str] = {}
+        for rig in (self.catalogue.rigs[name] for name in (*(self.possible or {}), *self.rigs)):
+            declared = {**rig.parameters, **rig.conditions}
+            found |= {name: q["unit"] for name, q in declared.items() if q.get("unit")} | dict(rig.units)
+        for effect in self.catalogue.effects.values():
+            found |= {f"{effect.name}.{name}": q["unit"] for name, q in effect.parameters.items() if q.get("unit")}
+        return found
+
+    @property
+    def assumed_conditions(self) -> dict[str, dict[str, Condition]]:
+        """{rig: {condition: default}} of the conditions that no row of a rig gives."""
+        found: dict[str, dict[str, Condition]] = {}
+        for row in self.rows:
+            if row.rig not in found:
+                found[row.rig] = {name: row.conditions[name] for name in row.assumed}
+        return {rig: names for rig, names in found.items() if names}
+
+    @property
+    def assumed_parameters(self) -> dict[str, float]:
+        """Parameters of the rigs used that neither study.toml nor every row gives, with their defaults.
+
+        One that means nothing without an effect, where that effect is absent, is none of them.
+        """
+        meaningless = {
+            name for e in self.catalogue.effects.values() if e.name not in self.effects for name in e.owns
+        } | set(self.parameters)
+        found: dict[str, float] = {}
+        for rig in self.rigs:
+            known = {id(row.parameters): row.parameters for row in self.rows if row.rig == rig}.values()
+            for name, quantity in self.catalogue.rigs[rig].parameters.items():
+                if name not in meaningless and not all(name in given for given in known):
+                    found[name] = float(quantity["default"])
+        return found
+
+    @property
+    def assumed(self) -> dict[str, Condition]:
+        """{condition or parameter: default} of all that no file of the study says.
+
+        A condition that two rigs have with different defaults is called `rig.condition`.
+        """
+        found: dict[str, Condition] = {}
+        by_rig = self.assumed_conditions
+        for rig, names in by_rig.items():
+            for name, value in names.items():
+                alike = all(other.get(name, value) == value for other in by_rig.values())
+                found[name if alike else f"{rig}.{name}"] = value
+        return {**found, **self.assumed_parameters}
 
     def acting(self) -> list[str]:
         """Effects that act in the rigs used."""

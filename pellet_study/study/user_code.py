@@ -15,6 +15,7 @@ from pellet_study.rigs.catalogue import Catalogue, declaring, standard
 from pellet_study.rigs.declared import Effect, Rig, effect_from, rig_from
 from pellet_study.rigs.scripts import scene
 from pellet_study.study.checked_code import checked_acts, checked_rig
+from pellet_study.study.misplaced import refuse_misplaced
 
 log = logging.getLogger(__name__)
 Declared = TypeVar("Declared", Rig, Effect)
@@ -59,7 +60,8 @@ def catalogue_of(folder: Path | None, library: Path | None = None) -> Catalogue:
 
 
 def _own(folder: Path, whose: str, refuse: Callable[[Path], None]) -> Own:
-    """The rigs and effects of a folder, loaded and named."""
+    """The rigs and effects of a folder, loaded and named; one in the wrong place is refused."""
+    refuse_misplaced(folder)
     return Own(
         {file: _declared(rig_from, file, whose, refuse) for file in declaring(folder / "rigs", "RIG")},
         {file: _declared(effect_from, file, whose, refuse, file) for file in declaring(folder / "effects", "EFFECT")},

@@ -10,9 +10,10 @@ from typing import Any
 
 from pellet_study.errors import InputError
 from pellet_study.output.words import nearest
+from pellet_study.study.ranges import other_unit, usual
 from pellet_study.study.study import Setting
+from pellet_study.tables.numbers import SIZES, fits
 
-EVERYTHING = (-math.inf, math.inf)
 KEYS_OF_SETTING = ("value", "min", "max")
 
 
@@ -55,18 +56,18 @@ def table(file: Path | str, given: Mapping, key: str) -> dict:
     return value
 
 
-def setting(where: str, given: Any, limits: tuple[float, float] = EVERYTHING) -> Setting:
-    """A number, or {value, min, max}, all of them within limits."""
+def setting(where: str, given: Any, quantity: Mapping | None = None) -> Setting:
+    """A number, or {value, min, max}, all of them from `min` to `max` of the quantity, where that is declared."""
     found = _of_table(where, given) if isinstance(given, dict) else Setting(_number(where, "value", given))
-    for value in (found.value, found.low, found.high):
-        if value is not None and not limits[0] <= value <= limits[1]:
-            raise InputError(f"{where}: {value:g} lies outside {limits[0]:g} to {limits[1]:g}, which it must be within")
+    if quantity is None:
+        return found
+    low, high = usual(quantity)
+    values = [value for value in (found.low, found.high, found.value) if value is not None]
+    for value in values:
+        if not low <= value <= high:
+            hint = other_unit(quantity, values) or other_unit(quantity, (value,))
+            raise InputError(f"{where}: {value:g} lies outside {low:g} to {high:g}, which it must be within{hint}")
     return found
-
-
-def limits(quantity: Mapping) -> tuple[float, float]:
-    """What a declared quantity must be within."""
-    return float(quantity["min"]), float(quantity["max"])
 
 
 def _of_table(where: str, given: Mapping) -> Setting:
@@ -95,4 +96,6 @@ def _number(where: str, key: str, value: Any) -> float:
         found = math.inf
     if not math.isfinite(found):
         raise InputError(f"{where}: {key}: expected a finite number, got {str(value)[:60]!r}")
+    if not fits(found):
+        raise InputError(f"{where}: {key}: expected {SIZES}, got {str(value)[:60]!r}; is the unit right?")
     return found

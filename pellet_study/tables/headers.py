@@ -10,6 +10,8 @@ ORDER = {
     *("stdorder", "std", "standardorder", "standard", "runorder", "randomorder", "runno", "runnumber", "trialno"),
     *("标准序", "运行序", "试验序号"),
 }
+RUN_ORDER = {"runorder", "randomorder", "runno", "runnumber", "run", "order", "trialno", "运行序", "次序"}
+"""Of ORDER and COUNT those that say in which order the runs were made, not where they stand in the design."""
 COUNT = {
     *("run", "runs", "no", "number", "nr", "lfdnr", "index", "idx", "id", "step", "steps", "trial", "experiment", "exp"),
     *("expno", "experimentno", "test", "testno", "point", "order", "sample", "sampleno", "unnamed0", "rownames", "row"),
@@ -47,6 +49,11 @@ def role(header: str) -> str | None:
         if pattern.fullmatch(word):
             return name
     return None
+
+
+def says_run_order(header: str) -> bool:
+    """Whether a column's name says that it holds the order in which the runs were made."""
+    return WORD.sub("", split_unit(header)[0].lower()) in RUN_ORDER
 
 
 def found_in(name: str, headers: list[str]) -> str | None:

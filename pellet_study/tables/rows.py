@@ -13,16 +13,21 @@ from itertools import count
 from pathlib import Path
 
 from pellet_study.errors import InputError
+from pellet_study.files import opening
 from pellet_study.tables import encoding, workbook
 
+LARGEST = 2_000_000_000  # bytes; the file is read line by line
 LONGEST_LINE = 1_000_000
 FIRST = 1 << 20  # bytes that the form is read off
 LOOKED_AT = 1000  # records that decide what separates cells, and the decimal sign
 SEPARATORS = ",;\t|"
 SEP_LINE = re.compile(r"\ufeff?\"?sep=(.)\"?\s*", re.IGNORECASE)
 STRANGE = re.compile("[\x00-\x08\x0b-\x1f\x7f\udc80-\udcff]")  # control characters; bytes that are no UTF-8
+STRAY = "holds a stray carriage return (0x0d) that ends no line; delete it, or save the file with plain line ends"
 COMMA_NUMBER = re.compile(r"\s*[-+\u2212\u2013]?\d*,\d+([eE][-+]?\d+)?\s*")
 GROUPED = re.compile(r"\s*[-+\u2212\u2013]?\d{1,3}(,\d{3})+(\.\d*)?\s*")
+STRAY_RETURN = re.compile("\r(?!\n)")
+QUOTED = re.compile('"[^"]*"')  # where line ends are part of a cell
 WORKBOOKS, FOREIGN = (".xlsx", ".xlsm"), (".xls", ".ods", ".numbers", ".xlsb")
 
 
@@ -57,8 +62,7 @@ def read(
     with _reading(file):
         if not file.exists() and not file.is_symlink():
             raise InputError(f"{file}: no such file; {advice}")
-        if file.exists() and not file.is_file():
-            raise InputError(f"{file}: expected a file of comma-separated values, found something else")
+        opening.refuse(file, LARGEST, what="a file of comma-separated values")
     if file.suffix.lower() in FOREIGN:
         raise InputError(f"{file}: {file.suffix} is not read; save the table as xlsx, or as CSV (UTF-8)")
     if file.suffix.lower() in WORKBOOKS:
@@ -85,6 +89,10 @@ def _form(file: Path, encodings: tuple[str, ...]) -> Form:
         first = stream.read(FIRST)
     name = encoding.encoding_of(first, encodings)
     text = first.decode(name, errors="replace").lstrip("\ufeff")
+    if not STRANGE.search(text.replace("\r", "")) and (
+        number := stray_return(QUOTED.sub(lambda quoted: " " * len(quoted[0]), text))
+    ):
+        raise InputError(f"{file}: line {number}: {STRAY}")
     said = SEP_LINE.fullmatch(text.split("\n", 1)[0])
     if said:
         text = text.split("\n", 1)[1] if "\n" in text else ""
@@ -159,6 +167,14 @@ def _records(file: Path, form: Form) -> Iterator[tuple[int, list[str]]]:
         start = before + records.line_num + 1
 
 
+def stray_return(text: str) -> int | None:
+    """The line of the first carriage return that ends no line, in a text whose lines end with a line feed; None without."""
+    if "\n" not in text:
+        return None  # carriage returns are its line ends
+    place = STRAY_RETURN.search(text)
+    return text.count("\n", 0, place.start()) + 1 if place else None
+
+
 class _reading:
     """Failures to read a file, as errors that name it."""
 
@@ -176,14 +192,14 @@ class _reading:
 def _lines(file: Path, name: str) -> Iterator[str]:
     """Lines of a text file, checked."""
     errors = "surrogateescape" if name == "utf-8-sig" else "strict"
-    with _reading(file), open(file, encoding=name, errors=errors) as stream:
+    with _reading(file), open(file, encoding=name, errors=errors, newline="") as stream:
         for number in count(1):
             line = stream.readline(LONGEST_LINE + 1)
             if len(line) > LONGEST_LINE:
                 raise InputError(
                     f"{file}: line {number}: longer than {LONGEST_LINE} characters; a row is a line of its own"
                 )
-            strange = STRANGE.search(line)
+            strange = STRANGE.search(line.rstrip("\r\n"))
             if strange:
                 byte = ord(strange[0]) - (0xDC00 if strange[0] >= "\udc80" else 0)
                 raise InputError(
@@ -192,4 +208,4 @@ def _lines(file: Path, name: str) -> Iterator[str]:
                 )
             if not line:
                 return
-            yield line
+            yield line.rstrip("\r\n") + "\n" if line.endswith(("\r", "\n")) else line

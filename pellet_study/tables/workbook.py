@@ -2,8 +2,12 @@
 
 from collections.abc import Iterator
 from pathlib import Path
+from zipfile import ZipFile
 
 from pellet_study.errors import InputError
+from pellet_study.files import opening
+
+LARGEST, LARGEST_UNPACKED = 50_000_000, 500_000_000  # bytes
 
 
 def rows_of(file: Path) -> Iterator[tuple[int, list[str]]]:
@@ -20,8 +24,13 @@ def rows_of(file: Path) -> Iterator[tuple[int, list[str]]]:
         raise InputError(
             f"{file}: reading a workbook needs openpyxl: pip install 'pellet-study[xlsx]', or save the table as CSV"
         ) from None
+    content = opening.stream(file, LARGEST)
     try:
-        book = load_workbook(file, read_only=True, data_only=True)
+        with ZipFile(content) as archive:
+            size = sum(part.file_size for part in archive.infolist())
+        if size > LARGEST_UNPACKED:
+            raise ValueError(f"{size} bytes when unpacked, expected at most {LARGEST_UNPACKED}")
+        book = load_workbook(content, read_only=True, data_only=True)
     except Exception as error:  # whatever a broken archive or its XML brings up
         raise InputError(f"{file}: no xlsx workbook ({error}); save it as xlsx, or as CSV") from None
     try:

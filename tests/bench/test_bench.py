@@ -78,7 +78,9 @@ def study(tmp_path_factory):
 
 
 def test_a_sliding_seed_gives_the_tangent_of_the_measured_angle(study):
-    stage = json.loads((study / "answer.json").read_text())["stages"][0]
+    answer = json.loads((study / "answer.json").read_text())
+    assert answer["assumed"]["seed_length_mm"] == 2.2 and answer["assumed"]["added_mass_mg"] == 0.0
+    stage = answer["stages"][0]
     assert stage["parameter"] == "seed_powder_static_friction"
     assert stage["value"] == pytest.approx(np.tan(np.radians(31.85)), rel=0.003)
     assert stage["verification_error_percent"] < 1

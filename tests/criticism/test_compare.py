@@ -71,7 +71,7 @@ def test_shear_cell_slope_is_weighted_least_squares(tmp_path):
     assert found.dof == 4
     assert found.rows[0].z == pytest.approx((tau[0] - mu * sigma[0]) / 10, rel=1e-6)
     assert found.rms_error == pytest.approx(np.sqrt(np.mean((tau - mu * sigma) ** 2)), rel=1e-6)
-    assert found.rms_error_unit == "pa"
+    assert found.rms_error_unit == "Pa"
 
 
 def test_shared_setup_is_generalised_least_squares(tmp_path):
@@ -93,7 +93,7 @@ def test_where_it_fails_is_said_in_words(tmp_path):
     worst = answer["where"][0]
     assert (worst["parameter"], worst["condition"]) == ("internal_friction", "layer_height_mm")
     assert worst["z"] < -5 and "would have to fall with layer_height_mm" in worst["words"]
-    assert set(answer["rows"][0]) == {
+    assert set(answer["rows"][0]) >= {
         "rig",
         "observable",
         "conditions",

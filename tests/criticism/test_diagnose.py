@@ -147,9 +147,7 @@ def test_a_fit_that_did_not_end_decides_nothing(tmp_path, monkeypatch, capsys):
     assert status == 0 and answer["verdict"] == "undecided" and answer["added"] == [] and answer["tied"] == []
     assert answer["steps"][0]["fits"] is None
     assert any("did not end" in warning and "narrow min and max" in warning for warning in answer["warnings"])
-    assert (
-        "ANSWER undecided" in (page := capsys.readouterr().out) and "whether the model fits cannot be said" not in page
-    )
+    assert "ANSWER undecided" in capsys.readouterr().out
     assert (tmp_path / "study.toml").read_text() == before
     assert command("compare", study)[0] == 0
     assert "whether the model fits cannot be said" in " ".join(capsys.readouterr().out.split())

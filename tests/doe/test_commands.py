@@ -175,6 +175,12 @@ def test_figures_are_written_only_when_asked(screening_csv, surface_csv, tmp_pat
         "pareto.png",
         "half_normal.png",
         "climb.png",
+        "interactions.png",
+        "residuals.png",
+        "screening_interactions.png",
+        "screening_residuals.png",
+        "perturbation.png",
+        "surface_3d.png",
         "response_surface.png",
         "predicted_observed.png",
     }
@@ -192,6 +198,8 @@ def test_central_composite_tables_and_long_names(tmp_path, capsys):
                 "--face-centred",
                 "--centre",
                 "4",
+                "--seed",
+                "1",
                 "--output",
                 str(path),
             ]

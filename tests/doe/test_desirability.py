@@ -48,6 +48,18 @@ def test_the_published_optimum_of_the_tyre_tread(tread):
     assert found.met
 
 
+def test_an_optimum_on_a_limit_is_not_lost_to_rounding(tread):
+    """Abrasion is largest where hardness meets its limit: no worse than 10^5 random settings within it, and met."""
+    responses = [tread[0], tread[3]]
+    found = joint_set(responses, [Goal("maximise", 120, 170), Goal("limits", -np.inf, 69)])
+    points = np.random.default_rng(0).uniform(-1, 1, (100_000, 3))
+    within = points[responses[1].predict(points) <= 69]
+    best = ((responses[0].predict(within) - 120) / 50).clip(0, 1).max()
+    assert found.met
+    assert found.desirability >= best > 0.6
+    assert found.parts[1].prediction.predicted == pytest.approx(69, abs=1e-6)
+
+
 def test_the_optimum_of_the_r_package_desirability():
     """Conversion and activity of Myers and Montgomery in the vignette of desirability (R): D 0.9425094 within +-1.682."""
 

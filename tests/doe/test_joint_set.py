@@ -164,3 +164,45 @@ def test_a_recommendation_says_that_it_rests_on_a_fit_worse_than_the_mean():
     goals = [Goal("target", 1.5, 3.5, 2.5), Goal("limits", -3, 3)]
     assert "rest on noise (predicted R2" in joint_text(joint_set([plane, noise], goals))
     assert "rest on" not in joint_text(joint_set([plane], goals[:1]))
+
+
+def test_the_overlay_is_light_where_all_goals_are_met():
+    """The bar of two planes, 0.3 to 0.7 by -0.3 to 0.3, read back from the figure."""
+    from matplotlib.colors import to_hex
+
+    from pellet_study.doe import figures
+    from pellet_study.doe.figures.regions import ALL_MET
+    from tests.helpers.pictures import assert_readable
+
+    responses = [fitted("first", lambda x: 5 * x[0], 0.01), fitted("second", lambda x: 10 + x[1], 0.01)]
+    found = joint_set(responses, [Goal("target", 1.5, 3.5, 2.5), Goal("limits", 9.7, 10.3)])
+    figure = figures.overlaid_regions(found, {"first": "deg"})
+    axes = next(a for a in figure.axes if {a.get_xlabel(), a.get_ylabel()} == {"A", "B"})
+    light = [
+        c
+        for c in axes.collections
+        if to_hex(c.get_facecolor()[0] if len(c.get_facecolor()) else "k") == ALL_MET.lower()
+    ]
+    turned = axes.get_xlabel() == "B"
+
+    def inside(a, b):
+        return any(path.contains_point((b, a) if turned else (a, b)) for c in light for path in c.get_paths())
+
+    assert all(inside(a, b) for a in (0.33, 0.5, 0.67) for b in (-0.27, 0, 0.27))
+    assert not any(inside(a, b) for a, b in ((0.27, 0), (0.73, 0), (0.5, 0.33), (0.5, -0.33), (-0.9, 0.9)))
+    star = axes.lines[-1].get_xydata()[0]
+    assert sorted(star) == pytest.approx(sorted(found.coded[:2]), abs=1e-6)
+    said = [text.get_text() for text in figure.legends[0].get_texts()]
+    assert "first 1.5 to 3.5 deg" in said and "second 9.7 to 10.3" in said and "all goals met" in said
+    assert "(most desirable)" in axes.get_title(loc="left")
+    assert_readable(figure)
+
+
+def test_an_overlay_without_a_common_region_says_so():
+    from pellet_study.doe import figures
+
+    responses = [fitted("first", lambda x: 5 * x[0], 0.01), fitted("second", lambda x: 5 * x[0], 0.01)]
+    found = joint_set(responses, [Goal("target", 3, 4, 3.5), Goal("target", -4, -3, -3.5)])
+    figure = figures.overlaid_regions(found)
+    assert all("no setting" in axes.get_title(loc="left") for axes in figure.axes)
+    assert "some goal missed" in [text.get_text() for text in figure.legends[0].get_texts()]

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study.doe import figures, plackett_burman, steepest_climb
+from pellet_study.doe import plackett_burman, steepest_climb
 from pellet_study.doe.design_table import code_design
 from pellet_study.doe.text import turning_text
 from pellet_study.errors import InputError
@@ -106,15 +106,3 @@ def test_a_path_has_turned_only_beyond_the_scatter_of_its_runs():
     assert found.fall == pytest.approx(0.1) and found.needed == pytest.approx(2.353 * 2**0.5, rel=1e-3)
     assert "one run further" in turning_text(found)
     assert steepest_climb.turning(runs, scatter=(0.01, 3)).turned and steepest_climb.turning(runs).turned
-
-
-def test_measured_runs_stand_at_their_place_on_the_path():
-    coded = np.array([[-1.0, -1], [1, -1], [-1, 1], [1, 1], [0, 0]])
-    frame = pd.DataFrame(coded * 10 + 50, columns=["a", "b"]).assign(y=coded @ [2, 1] + [0, 0.1, -0.1, 0, 0])
-    screening = plackett_burman.analyse(code_design(frame))
-    climb = steepest_climb.path(*steepest_climb.first_order_model(screening, ["a", "b"]), points=5)
-    runs = climb.points.iloc[[0, 2, 4]].assign(y=[1.0, 2, 3])
-    assert steepest_climb.places_on(climb, runs) == pytest.approx([0, 2, 4], abs=0.05)
-    figure = figures.climb_path(climb, runs=runs)
-    drawn = [line for line in figure.axes[0].lines if line.get_label() == "measured"]
-    assert drawn[0].get_ydata() == pytest.approx([1, 2, 3])

@@ -1,5 +1,8 @@
 """Faults of the store and the disk."""
 
+import errno
+import fcntl
+import os
 import subprocess
 import sys
 
@@ -86,6 +89,46 @@ def test_a_folder_where_the_table_should_be_is_named(tmp_path):
     store.table(on_yade.rig("rebound")).mkdir()
     with pytest.raises(InputError, match="expected a table of finished cases"):
         dispatch.run([on_yade.case("rebound")], tmp_path)
+
+
+def test_a_store_that_is_a_link_is_refused(tmp_path):
+    study, other = tmp_path / "study", tmp_path / "other"
+    study.mkdir()
+    other.mkdir()
+    (study / "study.toml").touch()
+    (study / ".store").symlink_to(other)
+    with pytest.raises(InputError, match="link to"):
+        dispatch.run([on_yade.case("rebound")], study / ".store")
+    (study / ".store").unlink()
+    (study / ".store").mkdir()
+    for name in ("lock", Store(other).table(on_yade.rig("rebound")).name, "timings.csv", "means.csv"):
+        (study / ".store" / name).symlink_to(other / "kept")
+        with pytest.raises(InputError, match=f"{name} is a link to"):
+            dispatch.run([on_yade.case("rebound")], study / ".store")
+        (study / ".store" / name).unlink()
+    assert not list(other.iterdir())
+
+
+def test_a_folder_of_somebody_else_in_the_store_stays(tmp_path):
+    (tmp_path / "campaign-2026").mkdir()
+    (tmp_path / "campaign-2026" / "readings.csv").write_text("mine\n")
+    with Store(tmp_path) as store:
+        left = store.new_campaign()
+    with Store(tmp_path):
+        assert not left.exists() and (tmp_path / "campaign-2026" / "readings.csv").read_text() == "mine\n"
+
+
+@pytest.mark.parametrize("number", [errno.ENOLCK, errno.ENOSYS, errno.EOPNOTSUPP])
+def test_a_disk_without_locks_is_named(tmp_path, monkeypatch, number):
+    """A stand-in for NFS or Lustre mounted without locks."""
+
+    def refuse(*_):
+        raise OSError(number, os.strerror(number))
+
+    monkeypatch.setattr(fcntl, "flock", refuse)
+    with pytest.raises(InputError, match="no locks.*put the study on a disk that has locks") as refused:
+        dispatch.run([on_yade.case("rebound")], tmp_path / ".store")
+    assert str(tmp_path / ".store") in str(refused.value)
 
 
 ON_A_SMALL_DISK = """

@@ -1,6 +1,7 @@
 """Faults of YADE itself, on real YADE; the faulty rig stands in for a simulation that fails."""
 
 import os
+import signal
 import time
 from pathlib import Path
 
@@ -14,6 +15,7 @@ from pellet_study.simulation import dispatch, local, yade
 from tests.faults.driver import FAULTY, command, paragraph, rows, simulating, wait_until
 
 NONE, BAD_ADDRESS, KILLED, KILLED_ONCE, MEMORY, FULL_DISK, HANG_OUTSIDE = 0, 10, 11, 12, 13, 14, 15
+QUIET, GRANDCHILD = 7, 200
 FUNCTOR = "Law2_ScGeom_MindlinPhys_Mindlin"
 
 
@@ -118,6 +120,81 @@ def test_killed_for_memory_is_no_outcome_of_the_case(tmp_path, fault, word):
         with pytest.raises(SimulationError, match=f"1 of .* killed, most likely for want of memory .*{word}"):
             run(cases, tmp_path, time_limit_s=60)
         assert rows(tmp_path) == 2
+
+
+@pytest.mark.parametrize("number", [signal.SIGTERM, signal.SIGHUP, signal.SIGINT, signal.SIGQUIT, signal.SIGXCPU])
+def test_a_signal_from_outside_is_no_outcome_of_the_case(tmp_path, number):
+    cases = [faulty(1), faulty(2, 100 + number), faulty(3)]
+    how = "KeyboardInterrupt" if number == signal.SIGINT else number.name
+    for _ in range(2):
+        with pytest.raises(SimulationError, match=f"1 of .* cases are not done: .* from outside.*{how}.*Call again"):
+            run(cases, tmp_path, time_limit_s=60)
+        assert rows(tmp_path) == 2
+
+
+@pytest.mark.parametrize("number", [signal.SIGSEGV, signal.SIGABRT, signal.SIGFPE])
+def test_a_signal_of_the_case_is_its_outcome(tmp_path, number):
+    found = run([faulty(1), faulty(2, 100 + number)], tmp_path, time_limit_s=60)
+    assert found["status"][1].startswith(f"crashed YADE ({number.name})") and found["answer"][0] == 3
+
+
+def test_an_end_in_peace_without_a_row_is_no_outcome_of_the_case(tmp_path):
+    with pytest.raises(SimulationError, match="1 of 2 cases are not done.*exit status 0"):
+        run([faulty(1), faulty(2, QUIET)], tmp_path, time_limit_s=60)
+    assert rows(tmp_path) == 1
+
+
+@pytest.mark.parametrize("code", [0, 143])
+def test_a_yade_that_takes_up_no_case_is_not_started_for_ever(study, tmp_path, code):
+    """A stub of YADE that ends in peace, or as by a signal, without looking at its cases."""
+    idle = as_yade(
+        tmp_path / "idle",
+        f'[ "$1" = --version ] && exec yade --version\necho start >> "{tmp_path}/starts"\n'
+        f"printf 'tired of \\033[2Jit\\n'\nexit {code}\n",
+    )
+    found = command("bench", study, "--effort", "0.02", env=idle)
+    assert found.returncode == 3 and paragraph(found.stderr)
+    assert "before its first case" in found.stderr and "tired of \\x1b[2Jit" in found.stderr
+    assert "\x1b" not in found.stderr
+    assert 1 < len((tmp_path / "starts").read_text().splitlines()) <= 10
+    assert rows(study / ".store") == 0
+
+
+def test_a_wrapper_that_closes_descriptors_is_told(study, tmp_path):
+    """As sudo, docker and ssh do."""
+    wrapper = tmp_path / "wrapper"
+    wrapper.write_text(
+        "#!/usr/bin/python3\nimport shutil, subprocess, sys\n"
+        "sys.exit(subprocess.call([shutil.which('yade'), *sys.argv[1:]], close_fds=True))\n"
+    )
+    wrapper.chmod(0o755)
+    found = command("bench", study, "--effort", "0.02", env={**os.environ, "PELLET_STUDY_YADE": str(wrapper)})
+    assert found.returncode == 3 and paragraph(found.stderr)
+    assert "must pass open descriptors and the environment on" in found.stderr
+
+
+def test_a_yade_that_does_not_say_its_version_is_given_up(tmp_path, monkeypatch):
+    """A stub of YADE that hangs, and leaves a process that holds its output."""
+    stuck = as_yade(tmp_path / "stuck", "sleep 77 &\nsleep 78\n")
+    monkeypatch.setattr(yade, "ANSWER_LIMIT_S", 1.0)
+    monkeypatch.setenv("PELLET_STUDY_YADE", stuck["PELLET_STUDY_YADE"])
+    for cached in (yade.executable, yade.version):
+        cached.cache_clear()
+    try:
+        began = time.monotonic()
+        with pytest.raises(SimulationError, match="did not end within 1 s.*PELLET_STUDY_YADE"):
+            yade.version()
+        assert time.monotonic() - began < 20
+    finally:
+        for cached in (yade.executable, yade.version):
+            cached.cache_clear()
+
+
+def test_a_grandchild_that_survives_does_not_keep_the_store(tmp_path):
+    assert run([faulty(2, GRANDCHILD)], tmp_path)["answer"][0] == 6
+    began = time.monotonic()
+    assert run([faulty(3)], tmp_path, time_limit_s=60)["answer"][0] == 9
+    assert time.monotonic() - began < 60
 
 
 def test_killed_once_for_memory_is_tried_again_alone(tmp_path, monkeypatch):

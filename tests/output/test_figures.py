@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from matplotlib.colors import to_rgb
 
+import pellet_study as ps
 from pellet_study.criticism import figures
 from pellet_study.errors import InputError
 from pellet_study.heap import render
@@ -24,6 +25,7 @@ def criticism() -> dict:
     return {
         "ladder": figures.ladder(steps),
         "residuals": figures.residuals(steps),
+        "readings": ps.draw(ps.compare(ps.load_study(ROOT / "results" / "wet_beads")), "readings"),
         "predictions": figures.predictions(steps[-1]["rows"]),
         "ranking": figures.ranking(refined["diagnoses"][0]),
         "constants": figures.constants(refined["diagnoses"][0]["by_level"]),
@@ -62,16 +64,6 @@ def test_legends_lie_inside_their_figures():
         assert legend.x0 >= 0 and legend.x1 <= figure.bbox.width
     labels = [text.get_text() for text in figures.residuals(steps).legends[0].get_texts()]
     assert len(labels) == 5 and labels[-1].endswith(", held out")
-
-
-def test_a_tie_is_drawn_as_a_tie():
-    told = answer("wet_beads", "refine")["diagnoses"][0]
-    names = [s["effect"] for s in told["ranking"]][:2]
-    figure = figures.ranking({**told, "verdict": "tied", "missing": [], "tied": names})
-    bars = [b for b in figure.axes[0].patches if b.get_height() == pytest.approx(0.62)]
-    filled = [b for b in bars if b.get_facecolor()[:3] == pytest.approx(to_rgb(style.MODEL))]
-    assert len(filled) == 2
-    assert "tied" in [text.get_text() for text in figure.legends[0].get_texts()]
 
 
 @pytest.mark.parametrize(

@@ -31,9 +31,10 @@ ORDER = [
     "4 What is missing",
     "5 What adding it did to the error",
     "6 What to measure next",
-    "7 The calibration stage by stage",
-    "8 How to repeat each number",
+    "7 How to repeat each number",
 ]
+
+WITH_STAGES = [*ORDER[:-1], "7 The calibration stage by stage", "8 How to repeat each number"]
 
 
 @pytest.fixture(scope="module")
@@ -72,6 +73,26 @@ def test_it_tells_what_was_found(refined):
     assert text.count("<img") >= 5
 
 
+def test_the_first_picture_is_of_the_readings_and_captions_speak_of_what_is_drawn(refined, tmp_path):
+    text = text_of(refined)
+    assert re.findall(r'<img [^>]*alt="([^"]*)"', text)[0].startswith("readings against the condition")
+    captions = re.findall(r"<figcaption[^>]*>(.*?)</figcaption>", text, re.DOTALL)
+    assert "those of one level stand side by side" in captions[0] and "held out" not in captions[0]
+    (ladder,) = [caption for caption in captions if caption.startswith("The error of each model")]
+    assert "tied" not in ladder and "median uncertainty" in ladder
+    (ranked,) = [caption for caption in captions if caption.startswith("How much each candidate")][:1]
+    told = json.loads((refined / "refine.json").read_text())["diagnoses"][0]["ranking"]
+    assert ("no material has" in ranked) == any(s["note"] == "implausible size" for s in told)
+    older = tmp_path / "older"
+    shutil.copytree(refined, older)
+    for file in ("compare", "refine", "history"):
+        answer = json.loads((older / f"{file}.json").read_text())
+        for part in (answer, *answer.get("steps", []), *answer.get("diagnoses", [])):
+            part.pop("curves", None)
+        (older / f"{file}.json").write_text(json.dumps(answer))
+    assert "readings against the condition" not in text_of(older)
+
+
 def test_nothing_is_loaded_from_elsewhere(refined, bench):
     for study in (refined, bench):
         for target in re.findall(r'(?:src|href)="([^"]*)"', text_of(study)):
@@ -85,8 +106,22 @@ def test_made_twice_it_is_the_same_to_the_byte(refined):
 def test_what_is_not_there_yet_is_named_with_its_command(tmp_path):
     study = incline(tmp_path)
     text = text_of(study)
-    for name in ("compare", "diagnose", "refine", "bench"):
+    for name in ("compare", "diagnose", "refine"):
         assert f"pellet-study {name} {study.as_posix()}" in text
+
+
+def test_stages_of_the_source_paper_are_on_the_page_of_their_studies_only(tmp_path, bench):
+    own = text_of(incline(tmp_path / "own"))
+    for absent in ("pellet-study bench", "pellet-study calibrate", "stage by stage", "seed bench", "source paper"):
+        assert absent not in own
+    assert "7 The calibration stage by stage" in text_of(bench)
+    plain = folder(tmp_path / "seed", ["rig,observable,value,sd", "slope_slip,slip_angle_deg,31,1"])
+    (plain / "study.toml").write_text("")
+    assert f"pellet-study bench {plain.as_posix()}" in text_of(plain)
+    several = ["rig,observable,value,added_mass_mg", *(f"slope_slip,slip_angle_deg,31,{m}" for m in (0, 5))]
+    loaded = folder(tmp_path / "loaded", several)
+    (loaded / "study.toml").write_text("")
+    assert "pellet-study bench" not in text_of(loaded)
 
 
 def test_the_bench_stages_are_drawn_from_their_files(bench):
@@ -143,7 +178,7 @@ def test_in_a_browser(refined, bench, tmp_path):
                 seen = inspect(browser, study / page.FILE, width)
                 assert seen["messages"] == [] and seen["requests"] == []
                 assert seen["wide"] <= width and seen["overflow"] == []
-                assert seen["headings"] == ORDER
+                assert seen["headings"] == (WITH_STAGES if study is bench else ORDER)
                 for image in seen["images"]:
                     assert image["alt"] and image["shown"] > 100
                     assert image["lightest"] - image["darkest"] > 60, image["alt"]

@@ -89,12 +89,17 @@ def walls(path, words=tuple(GRIP), effects=(("suction", ""),), possible="", **of
     return path
 
 
-def test_a_column_of_words_is_read_and_a_blank_cell_is_the_default(tmp_path):
+def test_a_column_of_words_is_read_and_a_blank_one_is_the_default(tmp_path):
     study = load(walls(tmp_path))
     assert [row.conditions["wall"] for row in study.rows] == [word for word in GRIP for _ in LOADS]
     file = tmp_path / "measurements.csv"
     file.write_text(file.read_text().replace(",polished", ","))
-    assert {row.conditions["wall"] for row in load(tmp_path).rows[: len(LOADS)]} == {"polished"}
+    with pytest.raises(InputError, match="line 2: column wall is blank, but line 7 of wall_slip gives coated"):
+        load(tmp_path)
+    for word in ("coated", "ribbed"):
+        file.write_text(file.read_text().replace(f",{word}", ","))
+    study = load(tmp_path)
+    assert {row.conditions["wall"] for row in study.rows} == {"polished"} and study.assumed["wall"] == "polished"
 
 
 @pytest.mark.parametrize("word", ["rib", "Ribbed", "3", "ribbed coated"])
@@ -123,7 +128,7 @@ def test_a_hidden_effect_is_found_and_the_report_says_the_words(tmp_path):
     status, answer = command("refine", tmp_path, json_file=tmp_path / "answer.json")
     assert status == 0 and answer["added"] == ["suction"] and answer["verdict"] == "adequate"
     status, answer = command("report", tmp_path, json_file=tmp_path / "report.json")
-    assert status == 0 and "wall (-) polished, coated, ribbed" in Path(answer["path"]).read_text()
+    assert status == 0 and "wall polished, coated, ribbed" in Path(answer["path"]).read_text()
 
 
 def test_a_constant_that_another_word_would_change_is_named_and_drawn(tmp_path, capsys):

@@ -34,7 +34,7 @@ class Grains:
     def __init__(self, case: dict, friction: float = 0.8, rolling: float = 0.35, walls: Pair = WALLS):
         given, numerics = case["parameters"], case["numerics"]
         self.radius = 1e-3 * case["conditions"]["radius_mm"]
-        softer = numerics["stiffness_scale"]
+        self.softness = softer = numerics["stiffness_scale"]
         powder, steel = (m._replace(shear_modulus=softer * m.shear_modulus) for m in (POWDER, STEEL))
         self.restitution, self.load = given["restitution"], given["adhesion_load"]
         self.pull = contacts.pull_off_force(given["surface_energy_j_m2"], self.radius / 2)
@@ -54,13 +54,18 @@ class Grains:
         spring = 0.1 * sphere_scene.sphere_inertia(self.radius, self._materials[0]) / self.time_step**2
         return laws.LAWS[laws.COHESIVE_FRICTIONAL](
             *self._materials, self._walls, self._pair, rolling_stiffness=spring, radius=self.radius,
-            time_step=self.time_step, adhesion_load=self.load,
+            time_step=self.time_step, adhesion_load=self.load, softness=self.softness,
         )  # fmt: skip
 
     @property
+    def reach(self) -> float:
+        """Distance at which grains that are attached part, m."""
+        return -self.at_load(-self.pull)
+
+    @property
     def lost(self) -> float:
-        """w = a F^2/(k m*), twice the energy of adhesion over the reduced mass, m2/s2."""
-        return self.load * self.pull**2 / (self.stiffness * self.reduced_mass)
+        """w = a F^2/(k m*) of stiff grains, twice the energy of adhesion over the reduced mass, m2/s2."""
+        return self.softness * self.load * self.pull**2 / (self.stiffness * self.reduced_mass)
 
     def expected_restitution(self, speed: float) -> float:
         """sqrt(e^2 (v^2 + w) - w)/v, or 0 where that is none."""
@@ -68,8 +73,8 @@ class Grains:
 
     @property
     def sticking_speed(self) -> float:
-        """Below it two grains stick: sqrt(w (1 - e^2))/e, m/s."""
-        return sqrt(self.lost * (1 - self.restitution**2)) / self.restitution
+        """Below it two grains stick, m/s."""
+        return layered.sticking_speed(self.restitution, self.lost)
 
     def limit(self, coefficient: float, force: float) -> float:
         """mu (N + a F) of either limit under a load, and a mu (N + F) in tension, where it ends with the contact, N."""
@@ -78,8 +83,7 @@ class Grains:
 
     def at_load(self, force: float) -> float:
         """Overlap at which the contact carries a normal force (compression positive), m."""
-        rest = self.load * self.pull / self.stiffness
-        return rest + force / (self.stiffness if force >= 0 else self.stiffness / self.load)
+        return force / (self.stiffness if force >= 0 else self.stiffness / self.load)
 
 
 def impact(grains: Grains, speed: float, phase: float = 0.5, plate: bool = False) -> float:
@@ -96,7 +100,7 @@ def impact(grains: Grains, speed: float, phase: float = 0.5, plate: bool = False
         scene.step()
         distance = one.pos[2] - radius if plate else one.pos[2] - two.pos[2] - 2 * radius
         approach = one.vel[2] - (0 if plate else two.vel[2])
-        if distance > 0 and approach > 0:
+        if distance > grains.reach and approach > 0:
             return approach / speed
     return 0.0
 
@@ -116,24 +120,33 @@ def energy_gained(grains: Grains, speed: float, angle: float, spin: float) -> fl
     for _ in range(MOST_STEPS):
         scene.step()
         most = max(most, energy())
-        if (one.pos - two.pos).norm() > 2 * radius and (one.vel - two.vel).dot(one.pos - two.pos) > 0:
+        if (one.pos - two.pos).norm() > 2 * radius + grains.reach and (one.vel - two.vel).dot(one.pos - two.pos) > 0:
             break
     attraction = grains.load * grains.pull**2 / (2 * grains.stiffness)  # that the contact may give and takes back
     return max(0.0, (most - attraction) / start - 1)
+
+
+def attached(grains: Grains):
+    """A scene with two grains whose places and turns are given, after their contact has endured: (scene, upper, lower)."""
+    from yade import O
+
+    scene = sphere_scene.Scene(grains.law(), grains.time_step)
+    place = 2 * grains.radius - grains.at_load(grains.pull or 1e-4)
+    bodies = [scene.sphere(grains.radius, (0, 0, z), blocked="xyzXYZ") for z in (place, 0)]
+    while O.time < 2 * layered.ENDURING * sqrt(grains.reduced_mass / grains.stiffness):
+        scene.step()
+    return scene, *bodies
 
 
 def pull_off(grains: Grains, speed: float) -> float:
     """Largest tension (N) while two grains at rest on each other are drawn apart at a constant speed."""
     from yade import O
 
-    scene = sphere_scene.Scene(grains.law(), grains.time_step)
-    place = 2 * grains.radius - grains.at_load(grains.pull)
-    body = scene.sphere(grains.radius, (0, 0, place), blocked="xyzXYZ")
-    scene.sphere(grains.radius, (0, 0, 0), blocked="xyzXYZ")
-    for _ in range(10):
-        scene.step()
-    tension, apart = 0.0, 2 * grains.radius * 1.001
-    fastest = 0.05 * grains.at_load(0.0) / grains.time_step  # the force falls by that share between two readings
+    scene, body, _ = attached(grains)
+    tension, apart = 0.0, 2 * (2 * grains.radius - grains.at_load(-grains.pull)) - 2 * grains.radius
+    fastest = (
+        -0.05 * grains.at_load(-grains.pull) / grains.time_step
+    )  # the force falls by that share between two readings
     if speed > fastest:
         raise Failed(f"too fast for the time step: {speed:g} m/s, expected less than {fastest:.2g}")
     body.state.vel = (0, 0, speed)
@@ -153,11 +166,13 @@ def limits(grains: Grains, load: float) -> tuple[float, float]:
     read, radius, steps = [], grains.radius, 3000
     overlap = grains.at_load(load)
     lever = radius - 0.5 * overlap
-    speed = 20 * max(overlap, 1e-3 * radius) / (steps * grains.time_step)  # far beyond what the springs give
+    speed = (
+        20 * max(abs(overlap), grains.pull / grains.stiffness, 1e-3 * radius) / (steps * grains.time_step)
+    )  # far beyond what the springs give
     for sense in (1, -1):
-        scene = sphere_scene.Scene(grains.law(), grains.time_step)
-        body = scene.sphere(radius, (0, 0, 2 * radius - overlap), spin=(0, speed / lever, 0), blocked="xyzXYZ")
-        scene.sphere(radius, (0, 0, 0), spin=(0, sense * speed / lever, 0), blocked="xyzXYZ")
+        scene, body, other = attached(grains)
+        body.state.pos = (0, 0, 2 * radius - overlap)
+        body.state.angVel, other.state.angVel = (0, speed / lever, 0), (0, sense * speed / lever, 0)
         for _ in range(steps):
             scene.step()
         force, moment = O.forces.f(body.id, True), O.forces.t(body.id, True)

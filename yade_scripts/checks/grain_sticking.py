@@ -28,7 +28,9 @@ RIG = {
     "time_limit_s": 120.0,
 }
 SETTING = ("restitution", "surface_energy_j_m2", "adhesion_load", "time_step_fraction", "stiffness_scale")
-TOLERANCE = {"sticking_speed_m_s": (0.1, 0.0)}  # relative, absolute
+TOLERANCE = {
+    "sticking_speed_m_s": (0.15, 0.0)
+}  # relative, absolute: told from what a damper leaves of it within a few steps
 
 
 def expected(case: dict) -> dict:

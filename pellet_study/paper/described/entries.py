@@ -1,10 +1,10 @@
 """The tables of a TOML file, their keys taken one by one; an error names file, table, key and what is expected."""
 
-import tomllib
 from collections.abc import Collection
 from pathlib import Path
 
 from pellet_study.errors import InputError
+from pellet_study.files.toml import toml_in
 from pellet_study.output.words import nearest
 from pellet_study.paper.verdicts import is_printed
 
@@ -123,12 +123,6 @@ def read(file: Path) -> Entry:
     InputError
         If it cannot be read or is not TOML.
     """
-    try:
-        return Entry(tomllib.loads(file.read_text(encoding="utf-8-sig")), file)
-    except OSError as error:
-        raise InputError(
-            f"cannot read {file}: {error.strerror}; expected a folder with a paper.toml that describes the paper "
-            "(docs/audit_a_paper.md)"
-        ) from None
-    except (UnicodeDecodeError, tomllib.TOMLDecodeError) as error:
-        raise InputError(f"{file} is not TOML: {error}; expected keys and tables as in docs/audit_a_paper.md") from None
+    return Entry(
+        toml_in(file, "a paper is described by a paper.toml in its folder (docs/audit_a_paper.md)", "not TOML"), file
+    )

@@ -5,6 +5,7 @@ from pathlib import Path
 
 import pandas as pd
 
+from pellet_study.files import writing
 from pellet_study.paper.described.analyses import numbers, rows_of
 from pellet_study.paper.described.audit import PaperAudit
 from pellet_study.paper.html import page, shown
@@ -18,7 +19,6 @@ def write(folder: Path, audit: PaperAudit) -> list[Path]:
     folder : Path
         Made if it is not there; files of the same names are replaced.
     """
-    folder.mkdir(parents=True, exist_ok=True)
     rows = [{**item.as_dict(), "recomputed": shown(item.recomputed)} for item in audit.items]
     for row in rows:
         row["difference"] = "" if row["difference"] is None else f"{row['difference']:.2g}"
@@ -48,9 +48,9 @@ def write(folder: Path, audit: PaperAudit) -> list[Path]:
     for name, frame in frames.items():
         if not frame.empty:
             paths.append(folder / f"{name}.csv")
-            frame.to_csv(paths[-1], index=False, float_format="%.8g", lineterminator="\n")
+            writing.table(paths[-1], frame, float_format="%.8g")
     paths.append(folder / "audit.html")
-    paths[-1].write_text(page(audit.items, f"Audit of {audit.paper.title}"), encoding="utf-8")
+    writing.text(paths[-1], page(audit.items, f"Audit of {audit.paper.title}"))
     return paths
 
 

@@ -52,12 +52,13 @@ RIG = {
             "default": 100.0,
             "min": 10.0,
             "max": 1000.0,
+            "limits": (1.0, 1e12),  # as wide as one likes: no side walls
             "positive": True,
             "unit": "mm",
             "meaning": "width between side walls, W",
         },
     },
-    "observables": {"slip_angle_deg": "angle at which the layer starts to slide, a"},
+    "observables": {"slip_angle_deg": {"unit": "deg", "meaning": "angle at which the layer starts to slide, a"}},
     "readable": {"slip_angle_deg": (0.0, 80.0)},
 }
 

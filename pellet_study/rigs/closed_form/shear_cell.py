@@ -24,7 +24,7 @@ RIG = {
             "meaning": "normal stress, sigma",
         },
     },
-    "observables": {"shear_stress_pa": "shear stress at yield, tau"},
+    "observables": {"shear_stress_pa": {"unit": "Pa", "meaning": "shear stress at yield, tau"}},
 }
 
 

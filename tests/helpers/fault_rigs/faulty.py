@@ -4,6 +4,7 @@ import ctypes
 import errno
 import os
 import signal
+import subprocess
 import time
 from pathlib import Path
 
@@ -17,10 +18,11 @@ RIG = {
         "fault": quantity(
             0,
             0,
-            15,
+            200,
             "1",
             "0 none, 1 abort, 2 hang, 3 not a number, 4 exception, 5 refused, 6 exit status 3, 7 exit status 0, 8 no reason, "
-            "9 misnamed, 10 bad address, 11 killed, 12 killed once, 13 memory, 14 full disk, 15 hang outside Python",
+            "9 misnamed, 10 bad address, 11 killed, 12 killed once, 13 memory, 14 full disk, 15 hang outside Python, "
+            "100 + n ended by signal n, 200 a grandchild that survives",
         ),
         "pause_s": quantity(0, 0, 60, "s", "time the case takes"),
     },
@@ -65,6 +67,11 @@ def simulate(case: dict) -> dict:
         raise OSError(errno.ENOSPC, "No space left on device")
     if fault == 15:
         ctypes.PyDLL(None).sleep(3600)  # holds Python's lock, as a simulation does that never returns to it
+    if 100 < fault < 200:
+        os.kill(os.getpid(), int(fault) - 100)
+        time.sleep(60)
+    if fault == 200:
+        subprocess.Popen(["sleep", "300"], start_new_session=True, close_fds=False)
     if fault == 9:
         return {"answr": 1.0}
     return {"answer": float("nan") if fault == 3 else 3.0 * case["seed"]}

@@ -30,7 +30,7 @@ def simulate(case: dict) -> dict:
                 radii = [shape.radius for shape in shapes]
                 if not scene.contacts.layers:
                     found.setdefault("powder", (contact.phys, radii))
-                elif "powder" not in found and len(layers := layers_between(contact)) == len(scene.contacts.layers):
+                elif "powder" not in found and whole(layers := layers_between(contact), scene.contacts):
                     found["powder"] = (layers, radii)
             elif any(isinstance(shape, Box) for shape in shapes):
                 radius = next(shape.radius for shape in shapes if isinstance(shape, Sphere))
@@ -38,6 +38,12 @@ def simulate(case: dict) -> dict:
     return {
         f"{pair}_{k}": v for pair, contact in found.items() for k, v in zip(CONSTANTS, constants(*contact), strict=True)
     }
+
+
+def whole(layers, law) -> bool:
+    """Whether two grains touch in every layer, and are attached where there is cohesion."""
+    attached = any(getattr(phys, "unp", 0.0) > 0 for phys, *_ in layers)
+    return len(layers) == len(law.layers) and (attached or law.born is None)
 
 
 def layers_between(contact) -> list:
@@ -56,7 +62,7 @@ def of_layers(layers) -> tuple[float, float, float, float]:
     whole, mass = sum(one.kn for one in phys), layers[0][2]
     damper = next(one for one in phys if hasattr(one, "cn"))
     elastic = next(one for one in phys if getattr(one, "kr", 0.0) > 0)
-    pull = sum(one.unp * one.kn for one in phys if hasattr(one, "unp"))
+    pull = sum(one.unp * one.kn for one in phys if getattr(one, "unp", 0.0) > 0)  # the elastic layer pushes as much
     share = elastic.kn / whole
     return (
         damper.cn / (2 * (mass * whole) ** 0.5),

@@ -1,0 +1,188 @@
+"""What an answer says of how well a model fits and where it fails, each fact once: text pages and the HTML report lay it out.
+
+Every function takes a comparison as `answers` makes it, or as the JSON that a command left in the study; an older one says
+what it can.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from pellet_study.criticism.compare import HELD_OUT_FAILS
+from pellet_study.criticism.constancy import Drift
+from pellet_study.criticism.facts import misfit, varying
+from pellet_study.criticism.grades import DOUBTFUL
+from pellet_study.criticism.intervals import IDENTIFIED
+from pellet_study.criticism.verdicts import Grade
+from pellet_study.output.words import number, probability
+
+FAR_OFF = 3.0  # standard errors from which on a row is named: one in 370 is by chance
+
+
+@dataclass(frozen=True)
+class Constant:
+    """A constant of the model; `interval` is None where it is fixed, `remarks` say what is wrong with it."""
+
+    name: str
+    value: float
+    interval: tuple[float, float] | None
+    remarks: tuple[str, ...]
+
+
+def drift_words(drift: Drift) -> str:
+    """Where it fails: `internal_friction would have to fall with layer_height_mm (layer_on_incline), z = -8.7`."""
+    if drift.condition == "rig":
+        what = (
+            f"{drift.parameter} would have to be {'higher' if drift.z > 0 else 'lower'} in {drift.rig} than elsewhere"
+        )
+    elif drift.shape == "bends":
+        way = "upwards" if drift.z > 0 else "downwards"
+        what = f"{drift.parameter} would have to bend {way} over {drift.condition} ({drift.rig})"
+    elif drift.shape == "rises":
+        what = (
+            f"{drift.parameter} would have to {'rise' if drift.z > 0 else 'fall'} with {drift.condition} ({drift.rig})"
+        )
+    else:
+        what = (
+            f"{drift.parameter} would have to be {'higher' if drift.z > 0 else 'lower'} where {drift.condition} is "
+            f"{drift.shape} ({drift.rig})"
+        )
+    return f"{what}, z = {drift.z:.1f}, p {probability(drift.p)}"
+
+
+def grade(comparison: dict) -> Grade | None:
+    """The graded word; None where the data cannot say."""
+    judged = comparison.get("fit")
+    if judged is not None:
+        return None if judged["grade"] is None else Grade(judged["grade"])
+    return {True: Grade.FITS, False: Grade.FAILS, None: None}[comparison["fits"]]
+
+
+def grade_words(comparison: dict) -> str:
+    """The graded word with the test that decides: `doubtful: lack of fit p 0.009`."""
+    judged = comparison.get("fit") or {}
+    by = judged.get("by")
+    lack = "" if by in (None, "lack of fit") else f" (lack of fit p {probability(comparison['lack_of_fit_p'])})"
+    test = f": {by} p {probability(judged['p'])}{lack}" if by else ""
+    words = {
+        Grade.FITS: "the model fits",
+        Grade.DOUBTFUL: "the fit is doubtful",
+        Grade.FAILS: "the model does not fit",
+        None: "whether the model fits cannot be said",
+    }
+    return f"{words[grade(comparison)]}{test}"
+
+
+def fit_words(comparison: dict) -> str | None:
+    """Does it fit? None where neither standard deviations nor replicates tell."""
+    if grade(comparison) is None:
+        if comparison["chi2"] is None:
+            return None
+        if comparison["lack_of_fit_p"] is None:
+            return "as many free parameters as different cases, so that any readings are met: the fit says nothing"
+        return "the fit did not end, so that chi2 is too large: whether the model fits cannot be said"
+    words = grade_words(comparison)
+    if held_out_contradict(comparison) and grade(comparison) != Grade.FAILS:
+        return f"{words} (of the rows it was calibrated on, not those held out, which contradict it)"
+    return words
+
+
+def held_out_contradict(comparison: dict) -> bool:
+    """Whether the rows held out contradict a model."""
+    p = comparison.get("holdout_p")
+    return p is not None and p < HELD_OUT_FAILS
+
+
+def doubted(comparison: dict) -> bool:
+    """Whether anything speaks against a model: its fit, or the rows held out."""
+    return grade(comparison) in (Grade.DOUBTFUL, Grade.FAILS) or held_out_contradict(comparison)
+
+
+def held_out_words(comparison: dict) -> str:
+    """How the rows held out stand to a model: `p 0.300: they agree with the model (they contradict it below 0.001)`."""
+    p = comparison.get("holdout_p")
+    if p is None:
+        return ""
+    verb = "contradict" if p < HELD_OUT_FAILS else "agree with"
+    return f"p {probability(p)}: they {verb} the model (they contradict it below {HELD_OUT_FAILS:g})"
+
+
+def failures(comparison: dict) -> list[str]:
+    """Where a model fails: every constant that drifts, every rig that lacks fit, and the worst row where it is far off."""
+    found = [drift["words"] for drift in comparison["where"] if drift["p"] < DOUBTFUL]
+    by_rig = comparison.get("rig_lack_of_fit_p") or {}
+    if len(by_rig) > 1:
+        found += [
+            f"{rig}: its rows are farther off than they scatter, lack of fit p {probability(p)}"
+            for rig, p in by_rig.items()
+            if p < DOUBTFUL / len(by_rig)
+        ]
+    worst = worst_row(comparison["rows"])
+    if worst is not None and worst["z"] is not None and abs(worst["z"]) > FAR_OFF:
+        found.append(f"the worst row is {row_words(worst, comparison['rows'])}")
+    return found
+
+
+def where_words(comparison: dict) -> list[str]:
+    """Where a model fails, or that it fails nowhere and how far that was looked."""
+    found = failures(comparison)
+    if found:
+        return found
+    looked = "no calibrated constant drifts with a condition" if comparison["where"] else "no drift can be tested"
+    worst = worst_row(comparison["rows"])
+    if worst is None or worst["z"] is None:
+        return [looked]
+    return [f"{looked}, and no row is {FAR_OFF:g} standard errors off (the worst is {abs(worst['z']):.1f})"]
+
+
+def worst_row(rows: Sequence[dict]) -> dict | None:
+    """The row that is farthest off, in standard errors where these are known."""
+    return max(rows, key=misfit, default=None)
+
+
+def row_words(row: dict, rows: Sequence[dict]) -> str:
+    """A row by what tells it from the others: `rebound at drop_height_mm 400: measured 31, predicted 25, 4.2 standard errors off`."""
+    changing = varying(rows).get(row["rig"], ())
+    conditions = ", ".join(f"{name} {number(value)}" for name, value in row["conditions"].items() if name in changing)
+    z = "" if row["z"] is None else f", {abs(row['z']):.1f} standard errors off"
+    return (
+        f"{row['rig']}{' at ' + conditions if conditions else ''}: {row['observable']} {number(row['value'])}, predicted "
+        f"{number(row['predicted'])}{z}{' (held out)' if row['split'] == 'holdout' else ''}"
+    )
+
+
+def constants(comparison: dict) -> list[Constant]:
+    """Every constant of a model, fitted or fixed."""
+    rows = []
+    for name, value in comparison["parameters"].items():
+        limits = comparison["intervals"].get(name)
+        remarks = [not_identified(comparison, name)] if name in comparison["not_identified"] else []
+        remarks += ["at its bound"] if name in comparison["at_bound"] else []
+        rows.append(Constant(name, value, None if limits is None else (limits[0], limits[1]), tuple(remarks)))
+    return rows
+
+
+def not_identified(comparison: dict, name: str) -> str:
+    """That the data do not pin a constant down, by which rule and in which range."""
+    share = (comparison.get("range_shares") or {}).get(name)
+    if share is None:
+        return "not identified"
+    low, high = comparison["ranges"][name]
+    taken = f"{100 * share:.0f} %" if share < 10 else "far more than all"
+    return (
+        f"not identified: its interval, uncut, takes {taken} of its range {number(low)} to {number(high)}; a constant is "
+        f"identified where it takes less than {100 * IDENTIFIED:g} %"
+    )
+
+
+def adequacy(comparison: dict) -> str:
+    """What the verdict `adequate` is worth for a model."""
+    words = "no missing effect is supported by these data"
+    if comparison["chi2"] is None:
+        return f"{words}; how well the model fits cannot be judged without sd or replicates"
+    if comparison["fits"] is None:
+        return f"{words}, which could show none"
+    if held_out_contradict(comparison):
+        return f"{words}, but the rows held out contradict the model (p {probability(comparison['holdout_p'])}; the limit is {HELD_OUT_FAILS:g})"
+    if grade(comparison) == Grade.DOUBTFUL:
+        return f"{words}, but {grade_words(comparison)}"
+    return words

@@ -1,0 +1,111 @@
+"""`pellet-study check`: what was understood of a study; nothing is simulated or written."""
+
+import numpy as np
+import pytest
+
+import pellet_study as ps
+from pellet_study.__main__ import main
+from tests import ROOT
+from tests.helpers.make_study import command, folder, incline, slip_angle_deg
+
+
+def checked(path):
+    before = {file: file.stat().st_mtime_ns for file in path.rglob("*")}
+    status, answer = command("check", path, json_file=path.parent / "check.json")
+    assert status == 0
+    assert {file: file.stat().st_mtime_ns for file in path.rglob("*")} == before
+    return answer
+
+
+def test_it_says_what_the_files_say(tmp_path, capsys):
+    answer = checked(incline(tmp_path / "s", c=40.0))
+    rig = answer["rigs"][0]
+    assert (rig["rig"], rig["engine"], rig["rows"]) == (
+        "layer_on_incline",
+        "a formula",
+        {"fit": 18, "holdout": 0, "leave_out": 0},
+    )
+    height = next(c for c in rig["conditions"] if c["condition"] == "layer_height_mm")
+    assert height["levels"] == [8, 12, 18, 27, 40, 60] and not height["assumed"]
+    assert (height["usual"], height["can_simulate"], height["default"]) == ([2, 100], [0.2, 1000], 20)
+    assert [c["condition"] for c in rig["conditions"] if c["assumed"]] == [
+        "particle_diameter_mm",
+        "bulk_density_kg_m3",
+        "channel_width_mm",
+    ]
+    assert answer["parameters"][0]["state"] == "free" and answer["parameters"][0]["range"] == [0.05, 2.0]
+    said = capsys.readouterr().out
+    for words in (
+        "18 rows fitted",
+        "8, 12, 18, 27, 40, 60 mm",
+        "usual 2 to 100",
+        "ASSUMED",
+        "free, 0.05 to 2",
+        "cohesion",
+    ):
+        assert words in said
+
+
+def test_an_effect_is_noticed_from_the_amount_it_says_on(tmp_path):
+    """Data sets made with that much cohesion: about 80 of 100 show it, an eighth of it hardly any."""
+    answer = checked(incline(tmp_path / "s", sd=0.5, seed=3, state_sd=True))
+    cohesion = next(c for c in answer["candidates"] if c["effect"] == "cohesion")
+    assert cohesion["noticed_from"] > 0 and "80 of 100" in cohesion["needs"]
+    found = {}
+    for share in (1.0, 0.125):
+        amount = share * cohesion["noticed_from"]
+        studies = [incline(tmp_path / f"{share}_{k}", c=amount, sd=0.5, seed=100 + k, state_sd=True) for k in range(20)]
+        ranked = [ps.diagnose(ps.load_study(path)).ranking for path in studies]
+        found[share] = np.mean([min(r["p_adjusted"] or 1 for r in ranking) < 0.05 for ranking in ranked])
+    assert found[1.0] >= 0.5 and found[0.125] <= 0.3
+
+
+def test_without_an_order_it_says_randomise_the_order(tmp_path, capsys):
+    answer = checked(incline(tmp_path / "s"))
+    assert any("randomise the order" in words and "`order`" in words for words in answer["advice"])
+    assert "randomise the order" in " ".join(capsys.readouterr().out.split())
+
+
+@pytest.mark.parametrize(
+    "order, words", [((1, 2, 3, 4, 5, 6), "in the order of layer_height_mm"), ((3, 1, 6, 2, 5, 4), "")]
+)
+def test_an_order_along_a_condition_is_told(tmp_path, order, words):
+    heights = (8, 12, 18, 27, 40, 60)
+    rows = [
+        f"layer_on_incline,slip_angle_deg,{slip_angle_deg(h, 0.5, 0):.3f},0.5,{h},{k}"
+        for h, k in zip(heights, order, strict=True)
+    ]
+    answer = checked(folder(tmp_path / "s", ["rig,observable,value,sd,layer_height_mm,order", *rows]))
+    said = " ".join(answer["advice"])
+    assert (words in said and "randomise the order" in said) if words else "order" not in said
+
+
+def test_what_stands_against_an_answer_is_said(tmp_path):
+    rows = [f"layer_on_incline,slip_angle_deg,{a},{h}" for a, h in ((31, 10), (30, 20))]
+    more = "[effects]\ncohesion = {}\nfinite_thickness = {}\n"
+    answer = checked(folder(tmp_path / "s", ["rig,observable,value,layer_height_mm", *rows], more))
+    said = " ".join(answer["advice"])
+    assert "free parameters, but only 2 different cases" in said and "neither sd nor replicates" in said
+
+
+def test_rows_left_out_are_counted(tmp_path, capsys):
+    rows = [f"layer_on_incline,slip_angle_deg,{30 + k},0.5,{h},," for k, h in enumerate((60, 30, 15))]
+    lost = "layer_on_incline,slip_angle_deg,80,0.5,12,leave_out,spilt"
+    answer = checked(folder(tmp_path / "s", ["rig,observable,value,sd,layer_height_mm,split,reason", *rows, lost]))
+    assert answer["rigs"][0]["rows"] == {"fit": 3, "holdout": 0, "leave_out": 1}
+    assert "1 left out" in capsys.readouterr().out
+
+
+def test_rigs_on_yade_are_not_simulated(tmp_path, monkeypatch, capsys):
+    monkeypatch.setenv("PELLET_STUDY_YADE", str(tmp_path / "no_yade"))
+    status, answer = command("check", ROOT / "results" / "loaded_seeds", json_file=tmp_path / "check.json")
+    assert status == 0 and answer["rigs"][0]["engine"] == "YADE"
+    assert answer["assumed"]["seed_density_kg_m3"] == 1250.0
+    load = next(c for c in answer["candidates"] if c["effect"] == "load_dependent_friction")
+    assert load["noticed_from"] is None and "takes simulations (slope_slip)" in load["needs"]
+    assert "loaded and large seeds slip earlier" in " ".join(capsys.readouterr().out.split())
+
+
+def test_a_study_that_cannot_be_read_is_refused(tmp_path, capsys):
+    assert main(["check", str(tmp_path / "nowhere")]) == 2
+    assert "nowhere" in capsys.readouterr().err

@@ -1,0 +1,164 @@
+"""An effect of one's own that jumps or moves in steps is refused, one that is continuous never is."""
+
+import numpy as np
+import pytest
+
+from pellet_study.__main__ import main
+from pellet_study.challenge import twins
+from pellet_study.rigs import standard
+from pellet_study.rigs.declared import Effect, Rig
+from pellet_study.study.continuity import refuse_jumps
+from pellet_study.study.scene_trials import refuse_jumps_in_scenes
+from tests.helpers.make_study import folder, slip_angle_deg
+from tests.test_bad_input import own_act
+
+CONTINUOUS = {
+    "a line": "shear + x",
+    "a root": "shear + 10 * np.sqrt(x)",
+    "a steep root": "shear + 300 * (x / 900) ** 0.1",
+    "a logarithm": "shear + 300 * np.where(x > 0, 1 / np.log(np.e / np.maximum(x / 900, 1e-300)), 0.0)",
+    "a power": "shear * (normal / 200) ** (-x / 2700)",
+    "from a threshold on": "shear + np.maximum(x - 300, 0.0)",
+    "up to saturation": "shear + np.minimum(x, 20)",
+    "a flank a hundredth of a percent wide": "shear + 200 * (1 + np.tanh((x - 400) / 0.05))",
+    "flat at first": "shear + 1e3 * (x / 900) ** 8",
+    "waves": "shear * (1 + 0.1 * np.sin(x))",
+    "a table": "shear + np.interp(x, [0, 200, 210, 900], [0, 1, 300, 301])",
+    "two branches that meet": "np.where(normal < x, shear * (2 - normal / np.maximum(x, 1e-9)), shear)",
+    "next to nothing": "shear * (1 + 1e-12 * x)",
+}
+JUMPS = {
+    "on or off": ("shear + np.where(x > 0, 100.0, 0.0) + x", ["where it is absent, stress_pa = 0", "must go to nothing"]),
+    "a sign": ("shear * (1 + 0.1 * np.sign(x))", ["where it is absent"]),
+    "rounded up": ("shear + 200 * np.ceil(x / 200)", ["where it is absent"]),
+    "a threshold": ("shear + x + np.where(x > 371, 200.0, 0.0)", ["jumps at stress_pa = 371", "take out the threshold"]),
+    "a threshold of the load": ("np.where(normal < x, 1.2 * shear, shear)", ["jumps at stress_pa", "at once"]),
+    "whole hundreds": ("shear + 100 * np.floor(x / 100)", ["jumps at stress_pa", "at once"]),
+    "whole pascals": ("shear + np.floor(x)", ["suction.py: suction"]),
+    "tenths of a pascal": ("shear + np.round(x, 1)", ["moves in steps", "stress_pa", "take out what rounds"]),
+    "hundredths of a pascal": ("shear + np.round(x, 2)", ["moves in steps"]),
+    "whole numbers": ("shear + 50 * (x / 50).astype(int)", ["jumps at stress_pa"]),
+}  # fmt: skip
+
+
+def study(path, act):
+    """Wet beads with an effect of the study's own."""
+    rows = [f"layer_on_incline,slip_angle_deg,{slip_angle_deg(h, 0.5, 60):.3f},0.5,{h}" for h in (8, 16, 32, 60)]
+    folder(path, ["rig,observable,value,sd,layer_height_mm", *rows])
+    (path / "effects").mkdir()
+    text = own_act(act.replace("x", "values['stress_pa']") if "np" not in act else act)
+    text = text.replace("    return ", "    x = values['stress_pa']\n    return ", 1)
+    (path / "effects" / "suction.py").write_text(f"import numpy as np\n{text}")
+    return path
+
+
+@pytest.mark.parametrize("name", CONTINUOUS)
+def test_what_is_continuous_is_not_refused(tmp_path, capsys, name):
+    status = main(["compare", str(study(tmp_path / "s", CONTINUOUS[name]))])
+    assert status == 0, capsys.readouterr().err
+
+
+@pytest.mark.parametrize("name", JUMPS)
+def test_what_jumps_or_moves_in_steps_is_refused(tmp_path, capsys, name):
+    act, words = JUMPS[name]
+    assert main(["compare", str(study(tmp_path / "s", act))]) == 2
+    said = capsys.readouterr()
+    assert said.out == "" and all(word in said.err for word in ["suction.py: suction", "slip_angle_deg", *words]), (
+        said.err
+    )
+
+
+SEED = """
+import math
+
+EFFECT = {
+    "name": "grip", "means": "m", "formula": "f", "sides": 1, "rigs": {"slope_slip": "holds to steeper angles"},
+    "parameters": {"extra": {"absent": 0.0, "min": 0.0, "max": 1.0, "unit": "1", "meaning": "x"}},
+    "signature": "s", "source": "this test",
+}
+
+
+def friction(mu, load_n, values):
+    x = values["extra"]
+    return ACT
+
+
+SEED_SCENE = {"friction": friction}
+"""
+
+
+@pytest.mark.parametrize(
+    "act, words",
+    [
+        ("mu + x", []),
+        ("mu * (1 + x * (load_n / 1e-4) ** -0.3)", []),
+        ("mu + math.sqrt(x)", []),
+        ("mu + max(x - 0.2, 0.0)", []),
+        ("mu + (0.3 if x > 0 else 0.0)", ["where it is absent, extra = 0", "friction of slope_slip"]),
+        ("mu + (0.3 + x if x > 0.41 else x)", ["jumps at extra = 0.41"]),
+        ("mu + round(x, 3)", ["grip.py: grip", "friction of slope_slip"]),
+    ],
+)
+def test_an_effect_in_a_scene_on_yade_is_asked_too(tmp_path, capsys, act, words):
+    rows = [f"slope_slip,slip_angle_deg,{31 + k},0.5,{m}" for k, m in enumerate((0, 5, 20))]
+    path = folder(tmp_path / "s", ["rig,observable,value,sd,added_mass_mg", *rows])
+    (path / "study.toml").write_text("[parameters]\nseed_powder_static_friction = { min = 0.3, max = 0.9 }\n")
+    (path / "effects").mkdir()
+    (path / "effects" / "grip.py").write_text(SEED.replace("ACT", act))
+    assert main(["check", str(path)]) == (2 if words else 0)
+    said = capsys.readouterr().err
+    assert all(word in said for word in words), said
+
+
+def test_the_packages_effects_in_scenes_pass():
+    known = standard()
+    rigs = [rig for rig in known.rigs.values() if rig.on_yade]
+    tried = [effect for effect in known.effects.values() if "SEED_SCENE" in effect.scenes]
+    for effect in tried:
+        refuse_jumps_in_scenes(effect, [rig for rig in rigs if effect.name in known.acting(rig.name)])
+    assert len(tried) >= 8
+
+
+def conditions_of(rig: Rig, seed: int) -> dict:
+    """Seven conditions anywhere in a rig's ranges."""
+    draw = np.random.default_rng(seed)
+    found: dict = {
+        c: np.sort(draw.uniform(max(q["min"], 1e-3 * q["max"]), q["max"], 7)) for c, q in rig.conditions.items()
+    }
+    stresses = rig.normal_stress(found, 30.0) if rig.normal_stress else [1.0]
+    return {**found, "median_normal_stress_pa": float(np.median(stresses))}
+
+
+@pytest.mark.parametrize("catalogue", [standard(), twins.catalogue(True)], ids=["package", "twins"])
+def test_the_packages_own_effects_pass(catalogue):
+    tried = 0
+    for rig in catalogue.rigs.values():
+        for name in [] if rig.on_yade else catalogue.acting(rig.name):
+            for seed in range(3):
+                refuse_jumps(rig, catalogue.effects[name].within([rig.name]), conditions_of(rig, seed), {})
+                tried += 1
+    assert tried >= 18
+
+
+@pytest.mark.parametrize("digits", [4, 6])
+def test_what_a_rigs_solver_leaves_is_no_fault_of_the_effect(digits):
+    """A fall with drag, integrated with steps whose number depends on everything: predictions are rough by 1e-digits."""
+
+    def predict(parameters, conditions, effects):
+        height = conditions["drop_height_mm"]
+        drag = sum((act(0.0 * height, values) for act, values in effects.values()), 0.0 * height)
+        rough = np.sin(1e9 * (parameters["restitution"] + height + 3 * drag)) if effects else 0.0
+        fall = height * np.exp(-drag * height / 1000)
+        return {
+            "rebound_height_mm": parameters["restitution"] ** 2
+            * fall
+            * (1 + np.round(rough) * 10.0**-digits * (drag > 0))
+        }
+
+    number = {"default": 0.8, "min": 0.1, "max": 1.0}
+    height = {"default": 300.0, "min": 10.0, "max": 3000.0}
+    parameters = {"cd": {"absent": 0.0, "min": 0.0, "max": 0.3}}
+    rig = Rig("ball", None, {"restitution": number}, {"drop_height_mm": height}, {"rebound_height_mm": "h"}, predict)
+    act = {"ball": lambda drag, values: drag + values["cd"]}
+    effect = Effect("drag", "", "", parameters, 1, {"ball": ""}, "", "", closed_form=act)
+    refuse_jumps(rig, effect, {"drop_height_mm": np.array([100.0, 300.0, 900.0])}, {})
