@@ -80,6 +80,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--margin-file", metavar="FILE", type=Path, help="where (default: margin.json beside the table)"
     )
     validation.add_argument("--verify", metavar="Y1,Y2,...", help="responses of the validation runs")
+    validation.add_argument("--at", metavar="A=X,B=Y", help="where they were made (default: the recommended setting)")
     validation.add_argument(
         "--target-n", metavar="N", type=whole, help="readings behind the target (default: taken as known)"
     )
@@ -104,6 +105,7 @@ def run(arguments: argparse.Namespace) -> dict:
     if arguments.design:
         return _design(arguments)
     from pellet_study.doe.factors import parse_factors
+    from pellet_study.doe.labels import degraded
 
     tables = read_tables(arguments, parse_factors(arguments.factor), 5)
     told = each_response(arguments, list(tables))
@@ -118,11 +120,14 @@ def run(arguments: argparse.Namespace) -> dict:
     if len(each) > 1:
         answer["responses"] = {name: {**one.answer, "warnings": one.warnings} for name, one in each.items()}
     found = _joint(told, each, answer, warnings, parts) if joint else None
-    _validate(next(iter(told.values())), answer, parts)
+    first, own = next(iter(told.items()))
+    _validate(own, each[first], found, answer, parts)
     say("\n\n".join(parts))
     answer["warnings"] = warnings
     warn(warnings)
     if arguments.figures:
+        surfaces = [one.response.surface for one in each.values()]
+        warn(degraded(surfaces[0].table.names, *(str(surface.table.response.name) for surface in surfaces)))
         answer["figures"] = [
             path for name, one in each.items() for path in _figures(told[name], one, figure_prefix(name, each))
         ]
@@ -147,8 +152,10 @@ def _check_goals(told: dict[str, argparse.Namespace]) -> None:
             f"--target-n {own.target_n} needs the standard deviation of a reading of the target: give it with "
             "--uncertainty, or leave --target-n out to take the target as known"
         )
-    if own.verify and own.target is None:
-        raise InputError("--verify needs the response to be met: give --target")
+    if own.verify and all(getattr(own, goal) is None for goal in ("target", "maximise", "minimise", "limits")):
+        raise InputError("--verify needs the response to be met: give --target, or --maximise, --minimise or --limits")
+    if own.at and not own.verify:
+        raise InputError("--at says where the runs of --verify were made: give their readings with --verify")
 
 
 def _joint(told: dict, each: dict, answer: dict, warnings: list[str], parts: list[str]):
@@ -197,8 +204,10 @@ def _design(arguments) -> dict:
     return write_design(sheet, arguments.output, "bbd")
 
 
-def _validate(arguments, answer: dict, parts: list[str]) -> None:
+def _validate(arguments, one, joint, answer: dict, parts: list[str]) -> None:
     """Declare the margin of the only response, or test its validation runs against the one declared."""
+    only = not (arguments.response and arguments.ignore)  # else a margin without a name may be an ignored response's
+    response = one.response.name
     path = arguments.margin_file or arguments.table.parent / "margin.json"
     from pellet_study.doe import answers, text, validation
 
@@ -208,19 +217,49 @@ def _validate(arguments, answer: dict, parts: list[str]) -> None:
                 "--declare-margin and --verify came together: a margin is declared before the runs are made"
             )
         with writing(path):
-            validation.declare_margin(path, arguments.declare_margin, arguments.unit)
-        parts.append(f"margin {arguments.declare_margin:g} declared in {path}; make the runs, then --verify them")
+            validation.declare_margin(path, arguments.declare_margin, arguments.unit, response, only)
+        parts.append(
+            f"margin {arguments.declare_margin:g} of {response} declared in {path}; make the runs, then --verify them"
+        )
         answer["margin"] = arguments.declare_margin
     if not arguments.verify:
         return
-    runs = validation.sample_of(_readings(arguments.verify))
+    readings = _readings(arguments.verify)
+    where = _setting_of_runs(arguments, one, joint)
+    parts.append("the runs to validate with count for " + ", ".join(f"{n} {v:.5g}" for n, v in where.items()))
+    answer["validated_at"] = where
+    if arguments.target is None:
+        from pellet_study.doe.response_text import within_limits_text
+
+        coded = [[float(f.coded(where[f.name])) for f in one.response.factors]]
+        goal, predicted = goal_of(arguments, one.response), one.response.interval(coded)
+        tested = validation.within_limits(readings, goal.accepted, predicted.prediction, arguments.alpha)
+        parts.append(within_limits_text(tested))
+        answer["validation"] = answers.plain({**vars(tested), "shown": tested.shown})
+        return
+    runs = validation.sample_of(readings)
     target = validation.Sample(one_number("target", arguments.target))
     if arguments.target_n is not None:
         sd = one_number("uncertainty", arguments.uncertainty)
         target = validation.Sample(target.mean, sd, arguments.target_n)
-    found = validation.equivalence(runs, target, validation.read_margin(path), arguments.alpha)
+    margin = validation.read_margin(path, response, only)
+    found = validation.equivalence(runs, target, margin, arguments.alpha)
     parts.append(text.equivalence_text(found))
     answer["validation"] = answers.equivalence_answer(found)
+
+
+def _setting_of_runs(arguments, one, joint) -> dict[str, float]:
+    """{factor: level} of the validation runs: as --at says, else the setting that was recommended."""
+    if not arguments.at:
+        return (joint if joint is not None else one.target_set).physical
+    from pellet_study.doe.factors import parse_levels
+    from pellet_study.tables.headers import found_in
+
+    names = one.response.surface.table.names
+    levels = {found_in(name, names) or name: level for name, level in parse_levels(arguments.at).items()}
+    if set(levels) != set(names):
+        raise InputError(f"--at {arguments.at}: expected one level of every factor ({', '.join(names)})")
+    return levels
 
 
 def _readings(text: str) -> list[float]:
@@ -239,12 +278,10 @@ def _readings(text: str) -> list[float]:
 
 def _figures(own, one, prefix: str) -> list[str]:
     from pellet_study.doe import figures
-    from pellet_study.doe.labels import degraded
 
     surface, found = one.response.surface, one.target_set
     unit = own.unit if one.response.transformation is None else ""  # a transformed response has another
     table = surface.table
-    warn(degraded(table.names, str(table.response.name)))
 
     def draw() -> dict:
         drawn = {"predicted_observed": figures.predicted_observed(surface, unit)}

@@ -85,6 +85,7 @@ def run(arguments: argparse.Namespace) -> dict:
     if len(arguments.response) > 1 and (arguments.climb or arguments.climb_runs):
         raise InputError("a climb follows one response: name it alone with --response, and the others with --ignore")
     from pellet_study.doe.factors import parse_factors
+    from pellet_study.doe.labels import degraded
     from pellet_study.doe.path_table import ignored_in
 
     factors = parse_factors(arguments.factor)
@@ -108,10 +109,11 @@ def run(arguments: argparse.Namespace) -> dict:
     if len(each) > 1:
         answer = {**answer, "warnings": warnings, "responses": {name: one.answer for name, one in each.items()}}
     if arguments.figures:
+        warn(degraded(first.screening.table.names, *(str(one.screening.table.response.name) for one in each.values())))
         answer["figures"] = [
             path for name, one in each.items() for path in _figures(told[name], one, figure_prefix(name, each))
         ]
-    done(kept(arguments), _next([one.screening for one in each.values()]))
+    done(kept(arguments), _after_the_path(first) or _next([one.screening for one in each.values()]))
     return answer
 
 
@@ -138,10 +140,11 @@ def _screened(own, table, ignore_runs) -> Screened:
     climb = _climb(own, screening)
     if climb:
         warnings += climb_cautions(climb, screening)
-    runs, turning = _turning(own, table, warnings, ignore_runs)
+    runs, turning = _turning(own, screening, warnings, ignore_runs)
     words = [text.screening_text(screening)]
     if climb:
-        words.append(text.climb_text(climb))
+        moved = {factor.name for factor in climb.factors}
+        words.append(text.climb_text(climb, [factor for factor in table.factors if factor.name not in moved]))
         answer["climb"] = answers.climb_answer(climb)
     if turning:
         words.append(text.turning_text(turning))
@@ -178,6 +181,16 @@ def _levels(arguments, factors) -> dict:
     done(kept(arguments))
     first = next(iter(each.values()))
     return {**first, "warnings": warnings, "responses": each} if len(each) > 1 else first
+
+
+def _after_the_path(one: Screened) -> str | None:
+    """The design of a surface around the point where the path turned; None where it has not, or moved one factor only."""
+    if one.turning is None or not one.turning.turned or len(one.turning.next_factors) < 2:
+        return None
+    words = " ".join(
+        shlex.quote(f"{f.name}={min(f.low, f.high):.10g},{max(f.low, f.high):.10g}") for f in one.turning.next_factors
+    )
+    return f"bbd --design {words}" + (" --face-centred" if len(one.turning.next_factors) == 2 else "")
 
 
 def _next(screenings) -> str | None:
@@ -242,28 +255,28 @@ def _meant(name: str, names: list[str]) -> str:
     return found
 
 
-def _turning(arguments, table, warnings: list[str], ignore: list[list[str]]):
+def _turning(arguments, screening, warnings: list[str], ignore: list[list[str]]):
     """The runs made on the path and where they turned, if any were given."""
     if arguments.climb_runs is None:
         return None, None
     from pellet_study.doe import steepest_climb
     from pellet_study.doe.path_table import read_path
 
-    runs, notes = read_path(arguments.climb_runs, table, ignore[0], arguments.lowest)
+    runs, notes = read_path(arguments.climb_runs, screening.table, ignore[0], arguments.lowest)
     warnings += notes
-    units = {factor.name: factor.unit for factor in table.factors}
+    units = {factor.name: factor.unit for factor in screening.table.factors}
     ascend = not (arguments.descend or arguments.lowest)
-    return runs, steepest_climb.turning(runs, arguments.target, ascend, units)
+    # a column of errors scatters otherwise than the response of the screening
+    scatter = None if arguments.lowest else steepest_climb.scatter_of(screening)
+    return runs, steepest_climb.turning(runs, arguments.target, ascend, units, scatter)
 
 
 def _figures(own, one: Screened, prefix: str) -> list[str]:
     from pellet_study.doe import figures
     from pellet_study.doe.box_behnken import diagnostics
-    from pellet_study.doe.labels import degraded
 
     screening, climb, runs, turning = one.screening, one.climb, one.runs, one.turning
     table, unit = screening.table, own.unit
-    warn(degraded(table.names, str(table.response.name)))
 
     def draw() -> dict:
         drawn = {

@@ -70,7 +70,7 @@ def _reduced(own, surface, found: Analysed):
     if own.drop is None and own.reduce is None and not own.select:
         return surface
     from pellet_study.doe import box_behnken, text
-    from pellet_study.doe.cautions import selection_cautions
+    from pellet_study.doe.cautions import selection_cautions, suspect_cautions, suspects_first
     from pellet_study.doe.linear_model import resolve_terms
     from pellet_study.doe.response_answers import reduced_answer
     from pellet_study.doe.response_text import selection_text
@@ -86,12 +86,16 @@ def _reduced(own, surface, found: Analysed):
         selection = select_by_aicc(surface)
         reduced, dropped = selection.surface, selection.dropped
         found.parts.append(selection_text(selection))
-        found.warnings += selection_cautions(reduced) if dropped else []
+        found.warnings += suspects_first(surface, selection_cautions(reduced)) if dropped else []
     if dropped or not own.select:
         found.parts.append(
             f"Reduced model, without {', '.join(dropped) or 'nothing'}{text.SELECTED if dropped else ''}\n\n"
             + text.surface_text(reduced)
         )
+        repeated = suspect_cautions(reduced) or suspect_cautions(
+            surface
+        )  # a smaller model may hide what the full one shows
+        found.warnings += [f"before the reduced model is used, {caution}" for caution in repeated]
     found.answer["reduced"] = reduced_answer(reduced, dropped, selection)
     return reduced
 

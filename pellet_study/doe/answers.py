@@ -56,6 +56,10 @@ def _common(analysis: Screening | Surface) -> dict:
         "lenth": analysis.lenth,
         "blocks": _blocks(analysis),
         "left_out": analysis.table.left_out,
+        "suspect_runs": [
+            {"row": analysis.table.lines[place], "r_student": value}
+            for place, value in analysis.model.suspects(analysis.alpha)
+        ],
     }
 
 

@@ -271,10 +271,8 @@ def diagnostics(model: LinearFit) -> Runs:
     if not variance or df < 2:
         return Runs(model.fitted, residuals, None, leverage, None)
     left = np.where(leverage > 1 - 1e-9, np.nan, 1 - leverage)
-    deleted = (model.ss_residual - residuals**2 / left) / (df - 1)
-    deleted = np.where(deleted > 0, deleted, np.nan)
     cook = residuals**2 * leverage / (len(model.columns) * variance * left**2)
-    return Runs(model.fitted, residuals, residuals / np.sqrt(deleted * left), leverage, cook)
+    return Runs(model.fitted, residuals, model.studentized, leverage, cook)
 
 
 def _normality(model: LinearFit) -> tuple[float, float] | None:

@@ -3,13 +3,63 @@
 import numpy as np
 
 from pellet_study.doe.box_behnken import Surface
+from pellet_study.doe.design_table import DesignTable
 from pellet_study.doe.plackett_burman import Screening
+from pellet_study.doe.published_designs import misplaced_level, recognise
 from pellet_study.doe.steepest_climb import Climb
 
 
 def p_in_words(p: float) -> str:
     """p to four decimals, or below what they show."""
     return "p < 0.0001" if p < 1e-4 else f"p {p:.4f}"
+
+
+def level_cautions(table: DesignTable) -> list[str]:
+    """The one cell whose level keeps the runs from being a known design; of runs that are alike, each of them."""
+    factors = [factor for factor in table.factors if not factor.levels] or table.factors
+    coded = table.coded[[factor.name for factor in factors]].to_numpy()
+    cells = misplaced_level(coded)
+    if not cells:
+        return []
+    run, column, level = cells[0]
+    factor, right = factors[column], coded.copy()
+    right[run, column] = level
+    rows = " or ".join(f"row {table.lines[run]}" for run, _, _ in cells)
+    there = ", ".join(dict.fromkeys(factor.word(coded[run, column]) for run, _, _ in cells))
+    expected = ", ".join(dict.fromkeys(factor.word(level) for *_, level in cells))
+    return [
+        f"column {factor.name!r}, {rows}: {there} where {expected} is expected: with that one cell so the table would be exactly "
+        f"a known design ({recognise(right)}); compare with your notes whether the level was typed wrong or the run made so"
+    ]
+
+
+def suspect_cautions(analysis: Screening | Surface) -> list[str]:
+    """The runs that the others do not explain, to be checked before any advice that costs runs."""
+    found = analysis.model.suspects(analysis.alpha)
+    if not found:
+        return []
+    words = "; ".join(f"row {analysis.table.lines[place]}: R-student {value:.3g}" for place, value in found)
+    them = "it" if len(found) == 1 else "them"
+    sizes = [f"{abs(value):.3g}" for _, value in found]
+    alike = (
+        ""
+        if len(set(sizes)) == len(sizes)
+        else "; runs with R-student alike in size the model cannot tell apart, one alone may be wrong"
+    )
+    return [
+        f"{words}; check {them} before anything else: beyond what one of {len(analysis.model.response)} runs reaches by chance "
+        f"(Bonferroni, level {analysis.alpha:g}){alike}; compare with your notes for a slip of the pen or a run that went wrong, and "
+        f"correct {them}, repeat {them}, or leave the response empty"
+    ]
+
+
+def suspects_first(analysis: Screening | Surface, cautions: list[str]) -> list[str]:
+    """Cautions, each of them naming the suspect runs, which may be all their cause, before it advises anything else."""
+    rows = [str(analysis.table.lines[place]) for place, _ in analysis.model.suspects(analysis.alpha)]
+    if not rows:
+        return cautions
+    head = f"check row{'s' if len(rows) > 1 else ''} {', '.join(rows)} first: "
+    return [head + caution for caution in cautions]
 
 
 def screening_cautions(screening: Screening) -> list[str]:
@@ -33,7 +83,7 @@ def screening_cautions(screening: Screening) -> list[str]:
             "these runs, some factors interact; fold the design over, or run a full factorial of the factors that act"
         )
     found += _worse_than_mean(screening, "the factors that act may not be among these, or they interact")
-    return found
+    return level_cautions(screening.table) + suspect_cautions(screening) + suspects_first(screening, found)
 
 
 def surface_cautions(surface: Surface) -> list[str]:
@@ -49,7 +99,7 @@ def surface_cautions(surface: Surface) -> list[str]:
         )
     found += _worse_than_mean(surface, "leave terms out (--reduce), or run more")
     found += _far_stationary(surface)
-    return found
+    return level_cautions(surface.table) + suspect_cautions(surface) + suspects_first(surface, found)
 
 
 def selection_cautions(selected: Surface) -> list[str]:

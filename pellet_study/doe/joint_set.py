@@ -10,15 +10,20 @@ import numpy as np
 
 from pellet_study.doe import coded_box
 from pellet_study.doe.coded_box import Extent
-from pellet_study.doe.desirability import Wanted, acceptable, minimise, most_desirable
+from pellet_study.doe.desirability import AS_GOOD, Wanted, acceptable, minimise, most_desirable, overall_desirability
 from pellet_study.doe.factors import Factor
 from pellet_study.doe.fitted_response import FittedResponse
 from pellet_study.doe.goals import Goal, overall
 from pellet_study.doe.linear_model import Interval
+from pellet_study.doe.pieces import Pieces
 from pellet_study.errors import InputError
 
 ON_EDGE = 1e-6
 """How far beyond its limits, in parts of its range over the box, a prediction at the edge of the set may lie."""
+LIMIT_REACHED = 1e-4
+"""How near to its limit, in parts of its range over the box, a prediction counts as on it."""
+LEAST_PIECE = 0.01
+"""The least part of the set that counts as a piece of its own, if the recommended setting is not in it."""
 SHRINKS = 5e-4
 """The least share of the box by which a measurement is said to shrink the set."""
 
@@ -41,6 +46,8 @@ class Part:
         At the recommended setting.
     desirability : float
         There.
+    limit : float or None
+        The limit on which the prediction there lies, where it lies on one.
     """
 
     response: FittedResponse
@@ -50,6 +57,25 @@ class Part:
     after_replicate: float | None
     prediction: Interval
     desirability: float
+    limit: float | None = None
+
+
+@dataclass(frozen=True)
+class Assured:
+    """The most desirable setting at which every confidence interval lies within what is acceptable; predictions by response."""
+
+    coded: np.ndarray
+    physical: dict[str, float]
+    desirability: float
+    predicted: dict[str, float]
+
+
+@dataclass(frozen=True)
+class Piece:
+    """A part of the set that hangs together in itself and not with the rest: its share of the box, the ranges in it."""
+
+    fraction: float
+    extents: list[Extent]
 
 
 @dataclass(frozen=True)
@@ -75,6 +101,10 @@ class JointSet:
         Overall, 0 to 1.
     parts : list of Part
         In the order of the responses.
+    pieces : list of Piece
+        The set's pieces where it falls into several, largest first; empty where it hangs together.
+    assured : Assured or None
+        Where the recommended setting lies on a limit and a part of the set is assured.
     """
 
     factors: list[Factor]
@@ -87,6 +117,8 @@ class JointSet:
     physical: dict[str, float]
     desirability: float
     parts: list[Part]
+    pieces: list[Piece]
+    assured: Assured | None
 
     @property
     def wanted(self) -> Wanted:
@@ -144,19 +176,24 @@ def joint_set(responses: list[FittedResponse], goals: list[Goal]) -> JointSet:
             after_replicate=None if not_excluded is None else _after_replicate(i, response, goal, not_excluded, points),
             prediction=prediction,
             desirability=float(goal.desirability(prediction.predicted)),
+            limit=_limit_at(prediction.predicted, response, goal, points),
         )
         parts.append(part)
+    assured = _assured(wanted, points) if fitted else None
+    on_limit = any(part.limit is not None for part in parts)
     return JointSet(
         factors=factors,
         alpha=responses[0].surface.alpha,
         fraction=float(met.all(axis=0).mean()),
         fraction_not_excluded=None if not_excluded is None else float(not_excluded.all(axis=0).mean()),
-        fraction_assured=_assured(wanted, points) if fitted else None,
+        fraction_assured=None if assured is None else float(assured.mean()),
         extents=_extents(wanted, points, points[met.all(axis=0)], best),
         coded=best,
         physical={f.name: float(f.physical(x)) for f, x in zip(factors, best, strict=True)},
         desirability=float(overall([part.desirability for part in parts], [goal.exponent for goal in goals])),
         parts=parts,
+        pieces=_pieces(wanted, points, points[met.all(axis=0)], best),
+        assured=_best_assured(wanted, points[assured]) if on_limit and assured is not None and assured.any() else None,
     )
 
 
@@ -178,10 +215,29 @@ def _reaches(bounds, goal: Goal) -> np.ndarray:
     return (bounds[0] <= high) & (bounds[1] >= low)
 
 
-def _assured(wanted: Wanted, points) -> float:
-    """Share where every confidence interval lies wholly within what is acceptable."""
+def _assured(wanted: Wanted, points) -> np.ndarray:
+    """Where every confidence interval lies wholly within what is acceptable."""
     ends = [(response.bounds(points), goal) for response, goal in wanted]
-    return float(np.all([goal.met(low) & goal.met(high) for (low, high), goal in ends], axis=0).mean())
+    return np.all([goal.met(low) & goal.met(high) for (low, high), goal in ends], axis=0)
+
+
+def _best_assured(wanted: Wanted, points) -> Assured:
+    """The most desirable of some points, of equally good ones the nearest to the centre."""
+    values = overall_desirability(wanted, points)
+    good = points[values >= values.max() - AS_GOOD]
+    point = good[np.argmin((good**2).sum(axis=1))]
+    return Assured(
+        coded=point,
+        physical={f.name: float(f.physical(x)) for f, x in zip(wanted[0][0].factors, point, strict=True)},
+        desirability=float(overall_desirability(wanted, point)[0]),
+        predicted={response.name: float(response.predict(point)[0]) for response, _ in wanted},
+    )
+
+
+def _limit_at(predicted: float, response, goal: Goal, points) -> float | None:
+    """The limit of what is acceptable on which a prediction lies, within rounding."""
+    near = LIMIT_REACHED * float(np.ptp(response.predict(points)))
+    return next((end for end in goal.accepted if np.isfinite(end) and abs(predicted - end) <= near), None)
 
 
 def _after_replicate(place: int, response, goal, not_excluded: np.ndarray, points) -> float:
@@ -191,13 +247,31 @@ def _after_replicate(place: int, response, goal, not_excluded: np.ndarray, point
 
 
 # -------------------------------------------------------------------------------------------- ranges of the factors
-def _extents(wanted: Wanted, points, inside, best) -> list[Extent]:
-    """Range of every factor on the set: from the sample's outermost points, pushed outwards."""
+def _pieces(wanted: Wanted, points, inside, best) -> list[Piece]:
+    """The pieces of the set that hold points of the sample; none where there is one."""
+    pieces = Pieces(wanted)
+    of_points, of_best = pieces.of(inside), pieces.of(best)[0]
+    least = LEAST_PIECE * len(inside)
+    numbers = [n for n in np.unique(of_points) if n and (n == of_best or np.sum(of_points == n) >= least)]
+    if len(numbers) < 2:
+        return []
+    found = []
+    for number in numbers:
+        own = inside[of_points == number]
+        start = best if number == of_best else own[0]
+        extents = _extents(wanted, points, own, start, lambda x, number=number: pieces.of(x)[0] == number)
+        found.append(Piece(len(own) / len(points), extents))
+    return sorted(found, key=lambda piece: -piece.fraction)
+
+
+def _extents(wanted: Wanted, points, inside, best, allowed=lambda x: True) -> list[Extent]:
+    """Range of every factor on the set, or on the piece of it that is allowed: the sample's ends, pushed outwards."""
     scales = [max(1e-300, float(np.ptp(response.predict(points)))) for response, _ in wanted]
 
     def fine(x) -> bool:
         pairs = zip(wanted, scales, strict=True)
-        return all(goal.miss(response.predict(x)[0]) <= ON_EDGE * scale for (response, goal), scale in pairs)
+        met = all(goal.miss(response.predict(x)[0]) <= ON_EDGE * scale for (response, goal), scale in pairs)
+        return met and bool(allowed(x))
 
     known = np.vstack([inside, best]) if fine(best) else inside
     if not len(known):

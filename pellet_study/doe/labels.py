@@ -31,9 +31,9 @@ def drawable(names: Sequence[str], response: str = "") -> Callable[[str], str]:
     return of
 
 
-def degraded(names: Sequence[str], response: str = "") -> list[str]:
-    """A warning where names are replaced: what stands for which, and what to install."""
-    instead = in_words(names, response)
+def degraded(names: Sequence[str], *responses: str) -> list[str]:
+    """One warning where names are replaced in the figures of some responses: what stands for which, and what to install."""
+    instead = {name: words for response in responses or ("",) for name, words in in_words(names, response).items()}
     if not instead:
         return []
     words = ", ".join(f"{words} for {name}" for name, words in instead.items())

@@ -139,16 +139,24 @@ def _regular(levels: list[float]) -> bool:
 
 
 def _refuse_slip(frame: pd.DataFrame, name: str, lines, max_levels: int, source: str) -> None:
-    """Name the cell where a column would be a design's but for one run, which is no axial or centre point."""
+    """Name the cell where a column would be a design's but for one run.
+
+    An axial or a centre run may lie where it was run, unless no design has so many levels whatever their places.
+    """
     values = frame[name].to_numpy(dtype=float)
     levels = distinct(values, 1e-6 * np.ptp(values))
     if len(levels) > 6 or _regular(levels):
         return
+    most = max(
+        (len(distinct(frame[other], LEVEL_TOLERANCE * np.ptp(frame[other]) / 2)) for other in frame if other != name),
+        default=0,
+    )
+    too_many = len(levels) == 6 or (len(levels) == 4 and most <= 3)  # no axial points in other columns either
     suspects = []
     for level in levels:
         at = np.flatnonzero(np.abs(values - level) <= 1e-6 * np.ptp(values))
         rest = [other for other in levels if other != level]
-        if len(at) == 1 and _regular(rest) and not _others_in_the_middle(frame, name, int(at[0])):
+        if len(at) == 1 and _regular(rest) and (too_many or not _others_in_the_middle(frame, name, int(at[0]))):
             suspects.append((level, int(at[0]), rest))
     if suspects:
         level, row, rest = max(suspects, key=lambda found: min(abs(found[0] - other) for other in found[2]))

@@ -143,6 +143,35 @@ class LinearFit:
         """Leverages (n_runs,) of the runs fitted, all columns counted."""
         return np.einsum("ij,jk,ik->i", self.matrix, self.inverse, self.matrix)
 
+    @cached_property
+    def studentized(self) -> np.ndarray | None:
+        r"""R-student :math:`e/(s_{(i)}\sqrt{1-h})` (n_runs,), NaN at leverage 1; None with fewer than two residual df."""
+        if not self.mean_square_error or self.df_residual < 2:
+            return None
+        leverage = self.run_leverage
+        left = np.where(leverage > 1 - 1e-9, np.nan, 1 - leverage)
+        deleted = (self.ss_residual - self.residuals**2 / left) / (self.df_residual - 1)
+        return self.residuals / np.sqrt(np.where(deleted > 0, deleted, np.nan) * left)
+
+    def suspects(self, alpha: float = 0.05) -> list[tuple[int, float]]:
+        r"""(place, R-student) of the runs beyond Bonferroni's bound :math:`t_{1-\alpha/2n}`, the farthest first.
+
+        Of runs that the model cannot tell apart (R-student alike in size) the one that reads farthest from the median first.
+
+        R-student has Student's distribution with one degree of freedom less than the residual where nothing is wrong
+        (Cook, Weisberg, Residuals and Influence in Regression, Chapman and Hall 1982, sec. 2.2).
+        """
+        if self.studentized is None:
+            return []
+        from scipy.special import stdtrit
+
+        bound = stdtrit(self.df_residual - 1, 1 - alpha / (2 * len(self.response)))
+        real = np.abs(self.residuals) > 1e-9 * np.abs(self.response).max()  # more than rounding
+        places = np.flatnonzero((np.abs(self.studentized) > bound) & real)
+        off = np.abs(self.response - np.median(self.response))
+        order = sorted(places, key=lambda i: (-float(f"{abs(self.studentized[i]):.3g}"), -off[i]))
+        return [(int(i), float(self.studentized[i])) for i in order]
+
     def gradient(self, coded) -> np.ndarray:
         """Slopes of the predicted response (n_points, n_factors), per coded unit."""
         coded = np.atleast_2d(np.asarray(coded, dtype=float))

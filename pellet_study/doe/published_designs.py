@@ -158,6 +158,40 @@ def recognise(coded) -> str:
     return (name or f"{UNKNOWN}, {len(np.unique(runs.round(6), axis=0))} different runs") + tail
 
 
+def misplaced_level(coded) -> list[tuple[int, int, float]]:
+    """(run, factor, level) of the cells that, set to another level, would make the table exactly a known design.
+
+    Empty where it is one, or no single cell does so. In every known design the levels of a factor add up to 0, so the
+    sum of the column tells the level; a centre run is not taken for another that was lost.
+    """
+    coded = np.asarray(coded, dtype=float).round(6)
+    sums = coded.sum(axis=0)
+    uneven = np.flatnonzero(np.abs(sums) > 1e-3)
+    if len(uneven) != 1 or _exact(coded):
+        return []
+    column = int(uneven[0])
+    found = []
+    for run in np.flatnonzero(np.abs(coded).max(axis=1) > 1e-6):
+        changed = coded.copy()
+        changed[run, column] = _on_a_level(coded[run, column] - sums[column], coded)
+        if _exact(changed):
+            found.append((int(run), column, float(changed[run, column])))
+    return found
+
+
+def _on_a_level(value: float, coded: np.ndarray) -> float:
+    """The level of the table, or its mirror image, that a value is but for rounding; else the value."""
+    levels = np.concatenate([coded.ravel(), -coded.ravel()])
+    nearest = float(levels[np.argmin(np.abs(levels - value))])
+    return nearest if abs(nearest - value) < 5e-3 else value
+
+
+def _exact(coded: np.ndarray) -> bool:
+    """Whether a coded table is a known design with nothing amiss."""
+    name = recognise(coded)
+    return not any(word in name for word in (UNKNOWN, "not orthogonal", "which is not"))
+
+
 def design_of(table) -> str:
     """What design a table is (see `recognise`), by its factors that are not categorical where there are such."""
     numeric = [factor.name for factor in table.factors if not factor.levels] or table.names
@@ -185,7 +219,7 @@ def _three_level_name(runs: np.ndarray, n_factors: int) -> str | None:
     if n_factors in TOGETHER and mine == _profile(box_behnken_matrix(n_factors, 1)[:-1]) and _spread(runs):
         return f"Box-Behnken design of {n_factors} factors (1960)"
     pairs = {tuple(sorted(pair)): 4 for pair in combinations(range(n_factors), 2)}
-    if {key: count for key, count in _counts(runs).items()} == pairs:
+    if _counts(runs) == pairs and _spread(runs):
         return f"all pairs of {n_factors} factors, which is not Box and Behnken's design of so many"
     return None
 
@@ -213,6 +247,11 @@ def _spread(runs: np.ndarray) -> bool:
 def _composite_name(runs: np.ndarray) -> str | None:
     cube, axial = runs[np.all(np.abs(np.abs(runs) - 1) < 1e-6, axis=1)], runs[(np.abs(runs) > 1e-6).sum(axis=1) == 1]
     if not len(cube) or not len(axial) or len(cube) + len(axial) != len(runs) or runs.shape[1] < 2:
+        return None
+    times = np.unique(cube.round(3), axis=0, return_counts=True)[1]
+    if np.ptp(times) and np.log2(len(times)) % 1:  # a corner is there twice and another not at all
+        return None
+    if not np.log2(len(times)) % 1 and not np.allclose(cube.T @ cube, len(cube) * np.eye(cube.shape[1])):
         return None
     distances = np.unique(np.abs(axial).max(axis=1).round(3))
     if len(distances) != 1 or len(np.unique(axial.round(3), axis=0)) != 2 * runs.shape[1]:

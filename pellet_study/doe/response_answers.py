@@ -33,6 +33,8 @@ def joint_answer(found: JointSet) -> dict:
             "fraction_assured": found.fraction_assured,
             "alpha": found.alpha,
             "extents": found.extents,
+            "pieces": found.pieces,
+            "assured": found.assured,
             "met": found.met,
             "desirability": found.desirability,
             "coded": dict(zip(names, found.coded, strict=True)),
@@ -46,6 +48,7 @@ def joint_answer(found: JointSet) -> dict:
                     "fraction_not_excluded_after_replicate": part.after_replicate,
                     "prediction": part.prediction,
                     "desirability": part.desirability,
+                    "on_limit": part.limit,
                 }
                 for part in found.parts
             },

@@ -7,8 +7,9 @@ from pellet_study.doe.joint_set import JointSet
 from pellet_study.doe.linear_model import Interval
 from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.selection import Selection
-from pellet_study.doe.text import box_cox_text, grid, number, percent
+from pellet_study.doe.text import box_cox_text, grid, number, percent, probability
 from pellet_study.doe.transformation import parse_transformation
+from pellet_study.doe.validation import WithinLimits
 
 
 def scale_text(response: FittedResponse, box_cox: BoxCox | None, advised: str | None) -> str:
@@ -73,6 +74,20 @@ def screenings_text(screenings: list[Screening]) -> str:
     return f"effects from -1 to +1 on each response (* p below {level})\n" + grid(["factor", *names], rows)
 
 
+def within_limits_text(found: WithinLimits) -> str:
+    """The one-sided tests against the limits, and the single runs beside what was predicted of them."""
+    runs = found.runs
+    lines = [f"validation: runs mean {number(runs.mean)}, sd {number(runs.sd, 4)}, n {runs.n}"]
+    for word, (limit, p) in found.p.items():
+        verdict = "shown" if p < found.alpha else "not shown"
+        lines.append(f"  mean {word} {number(limit)} (one-sided t test): p {probability(p)}: {verdict}")
+    if found.prediction is not None:
+        lines.append(
+            f"  {found.inside} of {runs.n} runs lie in the prediction interval of one run, {_ends(found.prediction)}"
+        )
+    return "\n".join(lines)
+
+
 def joint_text(found: JointSet) -> str:
     """The joint target set, the most desirable setting, what to measure next."""
     several = len(found.parts) > 1
@@ -81,12 +96,63 @@ def joint_text(found: JointSet) -> str:
     lines = [head, *_goal_lines(found, several)]
     if any(part.goal.limited for part in found.parts):
         lines.append("  " + _shares(found, several))
-    if found.extents and found.fraction < 1:
+    if found.pieces:
+        lines += _piece_lines(found, several)
+    elif found.extents and found.fraction < 1:
         lines += ["  settings that meet " + ("all goals:" if several else "it:"), *map(_extent_line, found.extents)]
-    lines += _setting_lines(found)
+    lines += [*_setting_lines(found), *_limit_lines(found), *_ground_lines(found)]
     if several:
         lines += _next_lines(found)
     return "\n".join(lines)
+
+
+def _piece_lines(found: JointSet, several: bool) -> list[str]:
+    """The box of each piece: between the pieces not all goals are met."""
+    goals = "all goals" if several else "it"
+    lines = [
+        f"  the settings that meet {goals} are in {len(found.pieces)} pieces, between which {'not all are' if several else 'it is not'} met:"
+    ]
+    for k, piece in enumerate(found.pieces, start=1):
+        lines += [f"   piece {k}, {100 * piece.fraction:.1f} % of the box:", *map(_extent_line, piece.extents)]
+    return lines
+
+
+def _limit_lines(found: JointSet) -> list[str]:
+    """Which responses lie on their limit at the recommended setting, and what a setting safely inside costs."""
+    tight = [part for part in found.parts if part.limit is not None]
+    if not tight or not found.met:
+        return []
+    lines = [
+        f"{part.response.name} lies on its limit {number(part.limit)} there: about half of single runs would miss it, "
+        "whatever its desirability"
+        for part in tight
+    ]
+    if found.assured is None:
+        lines.append(
+            "  no setting is assured inside all limits with these runs: measure more, or take a setting off the limit"
+        )
+        return lines
+    place = ", ".join(f"{name} {number(value)}" for name, value in found.assured.physical.items())
+    price = ", ".join(
+        f"{part.response.name} {number(found.assured.predicted[part.response.name])} for {number(part.prediction.predicted)}"
+        for part in found.parts
+    )
+    lines.append(
+        f"  assured inside, overall desirability {found.assured.desirability:.3f}: {place}; its price: {price}"
+    )
+    return lines
+
+
+def _ground_lines(found: JointSet) -> list[str]:
+    """Responses whose fit predicts worse than the mean, on which the recommendation rests all the same."""
+    poor = [part.response for part in found.parts if (part.response.surface.r2_predicted or 0.0) < 0]
+    if not poor:
+        return []
+    words = ", ".join(f"{response.name} (predicted R2 {response.surface.r2_predicted:.3f})" for response in poor)
+    return [
+        f"caution: this setting and the shares above rest on {words}, whose fit predicts a new run worse than the mean of the "
+        "runs does: reduce that model (--reduce), or let its goal go, before you use the setting"
+    ]
 
 
 def _ends(pair: tuple[float, float]) -> str:

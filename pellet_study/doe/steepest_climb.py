@@ -216,6 +216,9 @@ class Turning:
         Place of the best point along the path, from 1, and how many distinct points there are.
     replicates : int
         Runs at the best point.
+    fall, needed : float or None
+        How far the response falls from the best point to the worst after it, and how far two points of one mean differ
+        at most in 95 of 100 paths (one-sided t); None where the best is an end of the path or the scatter is not known.
     """
 
     order: list[int]
@@ -227,9 +230,31 @@ class Turning:
     point: int = 0
     points: int = 0
     replicates: int = 1
+    fall: float | None = None
+    needed: float | None = None
+
+    @property
+    def within_scatter(self) -> bool:
+        """Whether the points after the best are no worse than scatter explains."""
+        return self.fall is not None and self.needed is not None and self.fall <= self.needed
 
 
-def turning(runs: pd.DataFrame, target: float | None = None, ascend: bool = True, units=None) -> Turning:
+def scatter_of(screening: Screening) -> tuple[float, int] | None:
+    """Standard deviation of a run and its degrees of freedom: of the replicates, else of the residual."""
+    rows = {row["source"]: row for row in screening.anova}
+    for row in (rows.get("pure error"), rows["residual"]):
+        if row and row["df"] and row["sum_of_squares"]:
+            return float(np.sqrt(row["sum_of_squares"] / row["df"])), int(row["df"])
+    return None
+
+
+def turning(
+    runs: pd.DataFrame,
+    target: float | None = None,
+    ascend: bool = True,
+    units=None,
+    scatter: tuple[float, int] | None = None,
+) -> Turning:
     """Read the runs of a path back.
 
     Parameters
@@ -242,6 +267,9 @@ def turning(runs: pd.DataFrame, target: float | None = None, ascend: bool = True
         as for a column of errors.
     units : dict, optional
         {factor: unit}.
+    scatter : (float, int), optional
+        Standard deviation of a run and its degrees of freedom (see `scatter_of`); a path has turned only where it falls by
+        more than that explains. Without it any fall counts.
 
     Raises
     ------
@@ -262,13 +290,15 @@ def turning(runs: pd.DataFrame, target: float | None = None, ascend: bool = True
             f"the climb has runs at {len(groups)} points: expected 3 points or more to tell whether it turned"
         )
     means = np.array([response[group].mean() for group in groups])
-    place = int(np.argmax(-np.abs(means - target) if target is not None else (means if ascend else -means)))
+    score = -np.abs(means - target) if target is not None else (means if ascend else -means)
+    place = int(np.argmax(score))
+    fall, needed = _fall(score, place, [len(group) for group in groups], scatter)
     best = int(groups[place][0])
     step = (levels[order[-1]] - levels[order[0]]) / (len(groups) - 1)
     return Turning(
         order=order.tolist(),
         best=best,
-        turned=0 < place < len(groups) - 1,
+        turned=0 < place < len(groups) - 1 and not (needed is not None and fall <= needed),
         at_start=place == 0,
         centre={name: float(levels[best, i]) for i, name in enumerate(names)},
         next_factors=[
@@ -284,7 +314,23 @@ def turning(runs: pd.DataFrame, target: float | None = None, ascend: bool = True
         point=place + 1,
         points=len(groups),
         replicates=len(groups[place]),
+        fall=fall,
+        needed=needed,
     )
+
+
+def _fall(score, place: int, sizes: list[int], scatter) -> tuple[float, float | None] | tuple[None, None]:
+    """The largest fall after the best point, and what scatter explains of it."""
+    if not 0 < place < len(score) - 1:
+        return None, None
+    last = place + 1 + int(np.argmin(score[place + 1 :]))
+    fall = float(score[place] - score[last])
+    if scatter is None:
+        return fall, None
+    from scipy.special import stdtrit
+
+    sd, df = scatter
+    return fall, float(stdtrit(df, 0.95) * sd * np.sqrt(1 / sizes[place] + 1 / sizes[last]))
 
 
 def _along(levels: np.ndarray, names: list[str]) -> np.ndarray:

@@ -1,9 +1,12 @@
 """The analyses in words and tables; nothing is computed here."""
 
+from collections.abc import Sequence
+
 from pellet_study.doe.answers import plain
 from pellet_study.doe.blocks import offsets
 from pellet_study.doe.box_behnken import PREDICTED_R2_GAP, BoxCox, Surface
-from pellet_study.doe.cautions import screening_cautions, surface_cautions
+from pellet_study.doe.cautions import screening_cautions, surface_cautions, suspects_first
+from pellet_study.doe.factors import Factor
 from pellet_study.doe.lenth import Lenth
 from pellet_study.doe.linear_model import INTERCEPT, Interval
 from pellet_study.doe.optimum import TargetSet
@@ -125,7 +128,7 @@ def screening_text(screening: Screening) -> str:
         f"found {100 * s.power:.0f} %",
     ]
     parts = [
-        _head(s, "Plackett-Burman"),
+        _head(s, "Full factorial" if design_of(s.table).startswith("full") else "Plackett-Burman"),
         grid(header, rows) + f"\n(last column: the smallest effect this design finds with probability {s.power:g})",
         anova_text(s.anova),
         _summary_line(s),
@@ -314,11 +317,12 @@ def surface_warnings(surface: Surface) -> list[str]:
     if surface.r2_predicted is None and not surface.saturated:
         found.append("one run alone carries a term (leverage 1), so the predicted R2 is undefined")
     elif _falls_short(surface):
-        found.append(
+        short = (
             f"the predicted R2 ({surface.r2_predicted:.3f}) falls far below the adjusted one "
             f"({surface.r2_adjusted:.3f}): the model follows single runs; look at Cook's distances, reduce "
             "the model or run more"
         )
+        found += suspects_first(surface, [short])
     inflated = {name: value for name, value in surface.vif.items() if value > 5}
     if inflated:
         worst = max(inflated, key=inflated.get)
@@ -411,8 +415,8 @@ def _measurement_lines(found: TargetSet) -> list[str]:
 
 
 # ------------------------------------------------------------------------------------------ climb, validation
-def climb_text(climb: Climb) -> str:
-    """A path as a table."""
+def climb_text(climb: Climb, held: Sequence[Factor] = ()) -> str:
+    """A path as a table, and where the factors that it does not move are held."""
     names = list(climb.points.columns)
     rows = []
     for i, point in enumerate(climb.points.to_dict(orient="records")):
@@ -435,8 +439,19 @@ def climb_text(climb: Climb) -> str:
     way = "equal coded steps" if climb.equal_steps else "along the gradient"
     return (
         f"steepest climb, {way} ({climb.angle_to_gradient_deg:.1f} deg off the fitted gradient), with "
-        f"{percent(climb.level)} prediction intervals\n" + grid(header, rows) + stopped
+        f"{percent(climb.level)} prediction intervals\n" + grid(header, rows) + stopped + _held_text(held)
     )
+
+
+def _held_text(held: Sequence[Factor]) -> str:
+    """The levels of the factors that a path does not move, for which its predictions hold."""
+    if not held:
+        return ""
+    words = ", ".join(
+        f"{f.name} " + (" or ".join(f.levels) if f.levels else f"{f.centre:.5g}{f' {f.unit}' if f.unit else ''}")
+        for f in held
+    )
+    return f"\nall other factors are held in every run of the path, at the middle of their range: {words}"
 
 
 def turning_text(turning: Turning) -> str:
@@ -448,6 +463,12 @@ def turning_text(turning: Turning) -> str:
         position += f" (mean of {turning.replicates} runs)"
     if turning.at_start:
         return f"the path never improved on its first run ({place}): start the next design there, or look again"
+    if turning.within_scatter:
+        return (
+            f"the path may have turned at {position}: {place}; but what follows falls by {number(turning.fall, 3)} only, within "
+            f"the scatter of the runs (up to {number(turning.needed, 3)}): make one run further along the path, or repeat these, "
+            "before you centre the next design"
+        )
     if not turning.turned:
         return f"the path has not turned: its last run ({place}) is the best; go on along it"
     levels = "; ".join(f"{f.name} {f.low:g}, {f.centre:g}, {f.high:g}" for f in turning.next_factors)

@@ -142,6 +142,60 @@ def equivalence(runs: Sample, target: Sample, margin: float, alpha: float = 0.05
     )
 
 
+@dataclass(frozen=True)
+class WithinLimits:
+    """One-sided t tests of a mean against the limits of what is acceptable, at the level `alpha` each.
+
+    `p` is {"at least" or "at most": (limit, p value)}; `inside` how many of the single runs lie in the prediction
+    interval of the setting, `prediction`, None where the fit has none.
+    """
+
+    runs: Sample
+    alpha: float
+    p: dict[str, tuple[float, float]]
+    inside: int | None
+    prediction: tuple[float, float] | None
+
+    @property
+    def shown(self) -> bool:
+        """Whether the mean is shown to lie within all limits."""
+        return bool(self.p) and all(p < self.alpha for _, p in self.p.values())
+
+
+def within_limits(values, accepted: tuple[float, float], prediction=None, alpha: float = 0.05) -> WithinLimits:
+    r"""Tests of :math:`\mu > L` and :math:`\mu < U`: :math:`t = (\bar y - L)\sqrt n/s` on n - 1 degrees of freedom.
+
+    Parameters
+    ----------
+    values : array (n,)
+        Readings, two or more.
+    accepted : (float, float)
+        L and U in the response's unit, infinite where there is no limit.
+    prediction : (float, float), optional
+        The interval of one run that the fit predicts at their setting.
+    alpha : float
+
+    Raises
+    ------
+    InputError
+        If there are fewer than two readings, or all are equal.
+    """
+    from scipy.special import stdtr
+
+    runs = sample_of(values)
+    if not runs.sd:
+        raise InputError("all runs are equal: there is nothing to test with; give readings of runs of their own")
+    error = runs.sd / np.sqrt(runs.n)
+    sides = (("at least", accepted[0], 1), ("at most", accepted[1], -1))
+    p = {
+        word: (float(end), float(stdtr(runs.n - 1, -sign * (runs.mean - end) / error)))
+        for word, end, sign in sides
+        if np.isfinite(end)
+    }
+    inside = None if prediction is None else int(sum(prediction[0] <= value <= prediction[1] for value in values))
+    return WithinLimits(runs, alpha, p, inside, prediction)
+
+
 def _welch(runs: Sample, target: Sample) -> tuple[float, float]:
     """Standard error of the difference and its degrees of freedom."""
     parts = [(sample.sd**2 / sample.n, sample.n - 1) for sample in (runs, target) if sample.sd is not None]
@@ -189,40 +243,91 @@ def _runs_for_power(runs: Sample, target: Sample, margin: float, alpha: float, p
     return None
 
 
-def declare_margin(path: Path, margin: float, unit: str = "") -> None:
-    """Write the margin down before the runs.
+def declare_margin(path: Path, margin: float, unit: str = "", response: str | None = None, only: bool = True) -> None:
+    """Write the margin of a response down before the runs, beside those of other responses.
+
+    Parameters
+    ----------
+    path : Path
+    margin : float
+        Positive, response unit.
+    unit : str
+    response : str, optional
+        Whose margin it is; None for a study of one quantity.
+    only : bool
+        Whether a margin that stands there without a name can only be this response's.
 
     Raises
     ------
     InputError
-        If the margin is not positive, or another one stands there already.
+        If the margin is not positive, or another one stands there for this response already.
     """
     if not np.isfinite(margin) or margin <= 0:
         raise InputError(f"the margin is {margin:g}: expected a positive number in the response's unit")
-    if path.exists() and read_margin(path) != margin:
+    told = _declared(path) if path.exists() else {}
+    before = _margin_of(told, response, only)
+    if before is not None and before != margin:
         raise InputError(
-            f"{path} declares the margin {read_margin(path):g} already, not {margin:g}: a margin is not "
+            f"{path} declares the margin {before:g}{_of(response)} already, not {margin:g}: a margin is not "
             "changed after it was declared; use another file for another test"
         )
-    writing.text(path, json.dumps({"margin": margin, "unit": unit}) + "\n", ours=writing.anything)
+    if before is not None:
+        return
+    entry = {"margin": margin, "unit": unit}
+    told = {**told, **entry} if response is None else {**told, "margins": {**told.get("margins", {}), response: entry}}
+    writing.text(path, json.dumps(told, ensure_ascii=False) + "\n", ours=writing.anything)
 
 
-def read_margin(path: Path) -> float:
-    """The margin declared in a file.
+def read_margin(path: Path, response: str | None = None, only: bool = True) -> float:
+    """The margin declared in a file for a response; see `declare_margin`.
 
     Raises
     ------
     InputError
-        If there is none: an equivalence test without a margin declared beforehand is refused.
+        If there is none: an equivalence test without a margin declared beforehand is refused, and so is one with the
+        margin of another response.
     """
     try:
-        margin = opening.json_in(path)["margin"]
-        if isinstance(margin, bool) or not isinstance(margin, int | float):
-            raise TypeError
-        return float(margin)
-    except OSError:
+        told = _declared(path)
+    except FileNotFoundError:
         raise InputError(
             f"no margin was declared in {path}: declare it before the runs are made, with --declare-margin"
         ) from None
-    except (ValueError, KeyError, TypeError):
+    found = _margin_of(told, response, only)
+    if found is not None:
+        return found
+    if "margin" in told and response is not None:
+        raise InputError(
+            f"{path} declares a margin without saying of which response, and the table has others beside {response!r}: "
+            f"where it is this one's write {json.dumps({'margins': {response: told}}, ensure_ascii=False)} into the file, "
+            "else declare this one's with --declare-margin"
+        )
+    known = ", ".join(told.get("margins", {}))
+    raise InputError(
+        f"{path} declares no margin{_of(response)}, but of {known}: declare it before the runs are made, with "
+        "--declare-margin"
+    )
+
+
+def _of(response: str | None) -> str:
+    return "" if response is None else f" of {response}"
+
+
+def _margin_of(told: dict, response: str | None, only: bool) -> float | None:
+    """The margin of a response among those declared; one without a name where it can only be this one's."""
+    entry = told.get("margins", {}).get(response) or (told if response is None or only else {})
+    return float(entry["margin"]) if "margin" in entry else None
+
+
+def _declared(path: Path) -> dict:
+    """The file of declared margins: {"margins": {response: {"margin", "unit"}}}, or one {"margin", "unit"} without a name."""
+    try:
+        told = opening.json_in(path)
+        entries = [*told.get("margins", {}).values(), *([told] if "margin" in told else [])]
+        if not entries or any(
+            isinstance(entry["margin"], bool) or not isinstance(entry["margin"], int | float) for entry in entries
+        ):
+            raise TypeError
+        return told
+    except (ValueError, KeyError, TypeError, AttributeError):
         raise InputError(f'{path} declares no margin: expected {{"margin": number, "unit": "..."}}') from None

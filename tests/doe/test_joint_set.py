@@ -11,6 +11,7 @@ from pellet_study.doe.fitted_response import FittedResponse
 from pellet_study.doe.goals import Goal
 from pellet_study.doe.joint_set import joint_set
 from pellet_study.doe.overlay import overlay
+from pellet_study.doe.response_text import joint_text
 from pellet_study.errors import InputError
 
 
@@ -120,6 +121,49 @@ def test_the_overlay_of_two_regions():
     assert drawn.accepted == {"ball": (-np.inf, 0.49), "slab": (0.6, np.inf)}
     with pytest.raises(InputError, match="A, B, C"):
         overlay(found, "A", "D")
+
+
+def test_a_set_in_two_pieces_has_a_box_for_each():
+    """x1^2 at least 0.25 with x2 up to 0.5: left and right of the middle, each half of the width by 0.75 of the height."""
+    responses = [fitted("ridge", lambda x: x[0] ** 2 + 1e-5 * x[1]), fitted("slope", lambda x: 3 * x[1])]
+    found = joint_set(responses, [Goal("limits", 0.25, np.inf), Goal("limits", -np.inf, 1.5)])
+    ends = sorted(piece.extents[0].coded for piece in found.pieces)
+    assert np.ravel(ends) == pytest.approx([-1, -0.5, 0.5, 1], abs=1e-4)
+    for piece in found.pieces:
+        assert piece.fraction == pytest.approx(0.25 * 0.75, abs=1e-3)
+        assert piece.extents[1].coded == pytest.approx((-1, 0.5), abs=1e-4)
+    assert "in 2 pieces" in joint_text(found)
+
+
+def test_a_thin_slanting_set_is_one_piece():
+    """A plane within 1e-3 of 0.3, thinner than the step of any grid, hangs together."""
+    found = joint_set([fitted("plane", lambda x: x[0] - 0.7 * x[1] + 0.4 * x[2])], [Goal("target", 0.299, 0.301, 0.3)])
+    assert found.fraction > 0 and not found.pieces
+
+
+def test_a_setting_on_a_limit_is_said_with_one_that_is_assured():
+    """up = 2 x1 with down = 2 x1 at most 1: the best is x1 = 0.5, on the limit; the assured one pays in `up` for its safety."""
+    responses = [fitted("up", lambda x: 2 * x[0], 0.02, 1), fitted("down", lambda x: 2 * x[0], 0.1, 2)]
+    found = joint_set(responses, [Goal("maximise", -2, 2), Goal("limits", -np.inf, 1)])
+    assert [part.limit for part in found.parts] == [None, 1]
+    low, high = responses[1].bounds(found.assured.coded[None, :])
+    assert high[0] <= 1 and found.assured.predicted["up"] < found.parts[0].prediction.predicted
+    text = joint_text(found)
+    assert "down lies on its limit 1" in text and "half of single runs" in text and "assured inside" in text
+
+
+def test_a_setting_inside_its_limits_is_given_without_a_caution():
+    found = joint_set([fitted("first", lambda x: 5 * x[0], 0.1)], [Goal("target", 1.5, 3.5, 2.5)])
+    assert found.parts[0].limit is None and found.assured is None and "limit" not in joint_text(found)
+
+
+def test_a_recommendation_says_that_it_rests_on_a_fit_worse_than_the_mean():
+    """A response of pure noise beside a plane: its predicted R2 is negative, the plane's is not."""
+    plane, noise = fitted("plane", lambda x: 5 * x[0], 0.1), fitted("noise", lambda x: 0 * x[0], 1.0, 4)
+    assert noise.surface.r2_predicted < 0
+    goals = [Goal("target", 1.5, 3.5, 2.5), Goal("limits", -3, 3)]
+    assert "rest on noise (predicted R2" in joint_text(joint_set([plane, noise], goals))
+    assert "rest on" not in joint_text(joint_set([plane], goals[:1]))
 
 
 def test_the_overlay_is_light_where_all_goals_are_met():

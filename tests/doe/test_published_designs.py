@@ -4,13 +4,17 @@ import re
 from itertools import combinations
 
 import numpy as np
+import pandas as pd
 import pyDOE3
 import pytest
 
+from pellet_study.doe import plackett_burman
 from pellet_study.doe.box_behnken import coded_matrix
+from pellet_study.doe.cautions import level_cautions
 from pellet_study.doe.composite import axial_distance, composite_matrix, cube
+from pellet_study.doe.design_table import code_design
 from pellet_study.doe.linear_model import columns_of, quadratic_terms
-from pellet_study.doe.published_designs import box_behnken_blocks, box_behnken_matrix, recognise
+from pellet_study.doe.published_designs import box_behnken_blocks, box_behnken_matrix, misplaced_level, recognise
 from pellet_study.errors import InputError
 
 # Box and Behnken (1960): factors, runs without centre points, runs in which a factor is varied
@@ -139,3 +143,40 @@ def test_designs_are_recognised_in_any_order(matrix, words):
     rng = np.random.default_rng(0)
     mixed = rng.permutation(matrix)[:, rng.permutation(matrix.shape[1])] * rng.choice([-1, 1], matrix.shape[1])
     assert re.search(words, recognise(mixed))
+
+
+@pytest.mark.parametrize(
+    "coded",
+    [
+        box_behnken_matrix(3, 3),
+        box_behnken_matrix(4, 5),
+        composite_matrix(3, "rotatable", 5)[0],
+        composite_matrix(2, "face", 5)[0],
+        plackett_burman.coded_matrix(7, 12, 3),
+        plackett_burman.coded_matrix(11, 12),
+    ],
+)
+def test_a_wrong_level_is_found_and_set_right(coded):
+    """Any level of -1 set to +1: the cell is named, alone or with a run that the error made alike; no right table is accused."""
+    assert misplaced_level(coded) == []
+    for run, column in np.argwhere(np.round(coded, 6) == -1):
+        wrong = coded.copy()
+        wrong[run, column] = 1
+        cells = misplaced_level(wrong)
+        assert (run, column, -1) in cells
+        for other, place, level in cells:
+            assert place == column and level == -1
+            assert other == run or np.allclose(np.delete(wrong[other], column), np.delete(wrong[run], column))
+    for run in np.flatnonzero(np.abs(coded).max(axis=1) > 0):
+        assert misplaced_level(np.delete(coded, run, axis=0)) == []  # a lost run is no wrong level
+
+
+def test_a_wrong_level_is_told_by_row_and_column_with_what_was_expected():
+    coded = box_behnken_matrix(4, 5)
+    place = int(np.flatnonzero((coded[:, 0] == -1) & (coded[:, 1] == -1))[0])
+    frame = pd.DataFrame(coded, columns=["Heat", "B", "C", "D"]).assign(y=np.arange(len(coded)) ** 1.5)
+    frame["Heat"] = 95 + 15 * frame["Heat"]
+    frame.loc[place, "Heat"] = 110.0
+    (told,) = level_cautions(code_design(frame))
+    assert told.startswith("column 'Heat', row ") and f"row {place + 1}" in told
+    assert "110 where 80 is expected" in told and "Box-Behnken design of 4 factors (1960)" in told

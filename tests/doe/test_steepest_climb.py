@@ -12,6 +12,7 @@ import pytest
 
 from pellet_study.doe import plackett_burman, steepest_climb
 from pellet_study.doe.design_table import code_design
+from pellet_study.doe.text import turning_text
 from pellet_study.errors import InputError
 
 YIELDS_ON_THE_PATH = [41.0, 42.9, 47.1, 49.7, 53.8, 59.9, 65.0, 70.4, 77.6, 80.3, 76.2, 75.1]
@@ -95,3 +96,13 @@ def test_runs_off_the_line_and_impossible_paths_are_refused(model):
         steepest_climb.path(*model, start={"time": 99, "temperature": 155})
     with pytest.raises(InputError, match="factor that moves"):
         steepest_climb.path(*model, step=("pressure", 1))
+
+
+def test_a_path_has_turned_only_beyond_the_scatter_of_its_runs():
+    """Runs 10, 12, 11.9: with a standard deviation of 1 and 3 degrees of freedom a fall of 2.353 * sqrt(2) is needed (t table)."""
+    runs = pd.DataFrame({"a": [0.0, 1, 2], "y": [10.0, 12, 11.9]})
+    found = steepest_climb.turning(runs, scatter=(1.0, 3))
+    assert not found.turned and found.within_scatter
+    assert found.fall == pytest.approx(0.1) and found.needed == pytest.approx(2.353 * 2**0.5, rel=1e-3)
+    assert "one run further" in turning_text(found)
+    assert steepest_climb.turning(runs, scatter=(0.01, 3)).turned and steepest_climb.turning(runs).turned

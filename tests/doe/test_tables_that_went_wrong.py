@@ -16,7 +16,7 @@ import pandas as pd
 import pytest
 
 from pellet_study.__main__ import main
-from pellet_study.doe import box_behnken, figures, labels, plackett_burman, steepest_climb
+from pellet_study.doe import box_behnken, composite, figures, labels, linear_model, plackett_burman, steepest_climb
 from pellet_study.doe.design_table import read_design
 
 TABLES = Path(__file__).parent / "tables"
@@ -70,6 +70,14 @@ def test_a_step_column_on_the_path(tmp_path, options):
     runs = TABLES / "path_with_step_column.csv"
     found = run(tmp_path, "pb", "yield_screening.csv", "--climb-runs", runs, *options)["turning"]
     assert found["centre"] == {"Time": 85, "Temperature": 175} and found["turned"] and found["point"] == 10
+
+
+def test_the_command_after_the_runs_of_a_path_carries_the_levels(tmp_path, capsys):
+    """The best run of Montgomery's path is at 85 minutes and 175 F, a step is 5 minutes and 2 F; the command can be run."""
+    run(tmp_path, "pb", "yield_screening.csv", "--climb-runs", TABLES / "path_with_step_column.csv")
+    command = capsys.readouterr().out.split("next: pellet-study ")[1].splitlines()[0]
+    assert "Time=80,90" in command and "Temperature=173,177" in command and "LOW" not in command
+    assert main([*shlex.split(command), "--output", str(tmp_path / "design.csv")]) == 0
 
 
 def test_an_error_column_on_the_path(tmp_path, capsys):
@@ -275,3 +283,125 @@ def test_a_font_that_has_the_letters_is_used(tmp_path):
         fontManager.ttflist[:] = before
         for cache in caches:
             cache.cache_clear()
+
+
+def with_a_typing_error(frame, place, factor=10.0):
+    response = frame.columns[-1]
+    frame.loc[place, response] *= factor
+    return frame
+
+
+def made_surface(seed=3):
+    """A quadratic surface about 50 with noise of 0.1 on Box and Behnken's design of three factors."""
+    coded = box_behnken.coded_matrix(3, 5)
+    a, b, c = coded.T
+    y = 50 + 4 * a - 3 * b + 2 * c + a * b - 2 * a**2 + 0.1 * np.random.default_rng(seed).normal(size=len(coded))
+    return pd.DataFrame(coded, columns=list("ABC")).assign(y=y.round(2))
+
+
+@pytest.mark.parametrize("option", [(), ("--reduce",), ("--select",)])
+def test_a_typing_error_in_a_surface_is_named_by_its_row(tmp_path, capsys, option):
+    with_a_typing_error(made_surface(), 4).to_csv(tmp_path / "t.csv", index=False)
+    found = run(tmp_path, "bbd", tmp_path / "t.csv", *option)
+    told = [line.split("warning: ")[1] for line in capsys.readouterr().err.splitlines() if "warning: " in line]
+    assert found["suspect_runs"][0]["row"] == 6  # line 1 is the header
+    antipode = [suspect["row"] for suspect in found["suspect_runs"][1:]]
+    assert antipode == [9]  # in this design the full model fits a run and its opposite in the same group alike
+    assert told[0].startswith("row 6: R-student") and "before anything else" in told[0]
+    costly = [word for word in told[1:] if "lack of fit" in word or "predicted R2" in word]
+    assert costly and all(word.startswith("check rows 6, 9 first") for word in costly)
+    if option:
+        assert any(word.startswith("before the reduced model is used, row 6") for word in told)
+
+
+def test_a_typing_error_in_a_screening_is_named_by_its_row(tmp_path, capsys):
+    coded = plackett_burman.coded_matrix(5, 12, 3)
+    y = 50 + coded @ [5, -3, 2, 0, 0] + 0.1 * np.random.default_rng(5).normal(size=len(coded))
+    frame = pd.DataFrame(coded, columns=list("ABCDE")).assign(y=y.round(2))
+    frame.to_csv(tmp_path / "right.csv", index=False)
+    assert run(tmp_path, "pb", tmp_path / "right.csv")["suspect_runs"] == []
+    capsys.readouterr()
+    with_a_typing_error(frame, 7, 0.1).to_csv(tmp_path / "wrong.csv", index=False)
+    assert [suspect["row"] for suspect in run(tmp_path, "pb", tmp_path / "wrong.csv")["suspect_runs"]] == [9]
+    assert "row 9: R-student" in capsys.readouterr().err
+
+
+def test_runs_without_an_error_are_suspected_no_more_often_than_the_level_says():
+    """500 tables of normal noise: one in twenty at most has a run beyond Bonferroni's bound (0.05 + 3 standard errors)."""
+    coded, noise = box_behnken.coded_matrix(3, 5), np.random.default_rng(11)
+    terms = linear_model.quadratic_terms(list("ABC"))
+    hits = [
+        bool(linear_model.fit(list("ABC"), terms, coded, 9 + noise.normal(size=len(coded))).suspects(0.05))
+        for _ in range(500)
+    ]
+    assert 0.01 < np.mean(hits) < 0.05 + 3 * np.sqrt(0.05 * 0.95 / 500)
+
+
+def composite_frame():
+    """Myers, Montgomery and Anderson-Cook's chemical process: time and temperature, a composite rotatable in two factors."""
+    coded = composite.composite_matrix(2, "rotatable", 5)[0]
+    y = 80 + coded[:, 0] - coded[:, 0] ** 2 - coded[:, 1] ** 2 + np.linspace(-0.1, 0.1, len(coded))
+    return pd.DataFrame({"Time": (85 + 5 * coded[:, 0]).round(2), "Temp": (175 + 5 * coded[:, 1]).round(2), "y": y})
+
+
+def test_a_slip_in_an_axial_level_is_named(tmp_path, capsys):
+    frame = composite_frame()
+    place = int(np.flatnonzero(frame["Time"] == 92.07)[0])
+    frame.loc[place, "Time"] = 97.02
+    frame.to_csv(tmp_path / "t.csv", index=False)
+    run(tmp_path, "bbd", tmp_path / "t.csv")
+    assert f"column 'Time', row {place + 2}: 97.02 where 92.07 is expected" in capsys.readouterr().err
+
+
+def test_a_slip_in_a_centre_run_is_named(tmp_path, capsys):
+    frame = composite_frame()
+    frame.loc[10, "Temp"] = 157.0  # row 12, a centre run
+    frame.to_csv(tmp_path / "t.csv", index=False)
+    run(tmp_path, "bbd", tmp_path / "t.csv", status=2)
+    told = capsys.readouterr().err
+    assert "column 'Temp', row 12" in told and "157 is a level of that run alone" in told and "'Temp=157" not in told
+
+
+def test_a_slip_in_a_centre_run_of_three_levels_is_named(tmp_path, capsys):
+    frame = made_surface().assign(A=lambda f: 175 + 5 * f["A"])
+    frame.loc[14, "A"] = 157.0
+    frame.to_csv(tmp_path / "t.csv", index=False)
+    run(tmp_path, "bbd", tmp_path / "t.csv", status=2)
+    told = capsys.readouterr().err
+    assert "column 'A', row 16" in told and "157 is a level of that run alone" in told and "'A=157" not in told
+
+
+def test_a_path_says_where_the_factors_it_does_not_move_are_held(tmp_path, capsys):
+    coded = plackett_burman.coded_matrix(4, 12, 3)
+    frame = pd.DataFrame(coded * [10, 5, 2, 1] + [50, 20, 8, 3], columns=["T", "t", "ratio", "pH"])
+    y = coded @ [5, 3, 0, 0] + 0.1 * np.random.default_rng(2).normal(size=len(coded))
+    frame.assign(y=y).to_csv(tmp_path / "t.csv", index=False)
+    run(tmp_path, "pb", tmp_path / "t.csv", "--climb", "gradient", "--climb-factors", "T,t")
+    assert "at the middle of their range: ratio 8, pH 3" in capsys.readouterr().out
+
+
+def test_a_full_factorial_is_not_called_a_plackett_burman_design(tmp_path, capsys):
+    run(tmp_path, "pb", "yield_screening.csv")  # 2^2 with five centre runs
+    assert "Full factorial: 9 runs, 2 factors" in capsys.readouterr().out
+
+
+def test_the_warning_of_a_missing_font_comes_once_for_all_responses(tmp_path, capsys, monkeypatch):
+    monkeypatch.setattr(labels.fonts, "missing", lambda text: "\u6e29" in text)
+    frame = made_surface().rename(columns={"A": "\u6e29"})
+    frame.assign(z=frame["y"] ** 2).to_csv(tmp_path / "t.csv", index=False)
+    run(tmp_path, "bbd", tmp_path / "t.csv", "--response", "y", "z", "--figures", tmp_path / "f")
+    assert capsys.readouterr().err.count("no installed font") == 1
+
+
+def test_runs_of_a_maximised_response_are_validated_at_the_setting_they_count_for(tmp_path, capsys):
+    """y = 80 + x1 - x1^2 - x2^2: at (0.5, 0) it is 80.25, far above the limit of 79; 70 is no run of it."""
+    composite_frame().to_csv(tmp_path / "t.csv", index=False)
+    goal, runs = ("--maximise", "y=79,80.2"), ("--verify", "80.2,80.3,80.25")
+    found = run(tmp_path, "bbd", tmp_path / "t.csv", *goal, *runs)
+    assert found["validation"]["shown"] and found["validation"]["inside"] == 3
+    assert found["validated_at"] == found["joint"]["physical"]
+    assert "mean at least 79" in capsys.readouterr().out
+    found = run(tmp_path, "bbd", tmp_path / "t.csv", *goal, *runs, "--at", "Time=80,Temp=170")
+    assert found["validated_at"] == {"Time": 80, "Temp": 170} and found["validation"]["inside"] == 0
+    run(tmp_path, "bbd", tmp_path / "t.csv", *goal, *runs, "--at", "Time=80", status=2)
+    run(tmp_path, "bbd", tmp_path / "t.csv", *goal, "--at", "Time=80,Temp=170", status=2)

@@ -2,6 +2,7 @@
 
 import numpy as np
 import pytest
+from scipy import stats
 
 from pellet_study.doe import validation
 from pellet_study.doe.text import equivalence_text
@@ -184,6 +185,42 @@ def test_the_margin_is_declared_once_before_the_runs(tmp_path):
     path.write_text('{"margin": "wide"}')
     with pytest.raises(InputError, match="expected"):
         validation.read_margin(path)
+
+
+def test_each_response_has_a_margin_of_its_own(tmp_path):
+    path = tmp_path / "margin.json"
+    validation.declare_margin(path, 3, "cSt", "Viscosity", only=False)
+    with pytest.raises(InputError, match="no margin of Yield, but of Viscosity"):
+        validation.read_margin(path, "Yield", only=False)
+    validation.declare_margin(path, 0.5, "%", "Yield", only=False)
+    assert [validation.read_margin(path, name) for name in ("Viscosity", "Yield")] == [3, 0.5]
+    with pytest.raises(InputError, match="3 of Viscosity already, not 4"):
+        validation.declare_margin(path, 4, "cSt", "Viscosity")
+
+
+def test_a_margin_without_a_name_belongs_to_the_only_response(tmp_path):
+    path = tmp_path / "margin.json"
+    path.write_text('{"margin": 3.0, "unit": ""}')
+    assert validation.read_margin(path, "Yield", only=True) == 3
+    with pytest.raises(InputError, match="without saying of which") as told:
+        validation.read_margin(path, "Yield", only=False)
+    path.write_text(str(told.value).split(" write ")[1].split(" into the file")[0])  # the advice works when followed
+    assert validation.read_margin(path, "Yield", only=False) == 3
+    path.write_text('{"margin": 3.0, "unit": ""}')
+    validation.declare_margin(path, 0.5, "%", "Yield", only=False)
+    assert validation.read_margin(path, "Yield", only=False) == 0.5 and validation.read_margin(path) == 3
+
+
+def test_a_mean_within_limits_is_the_one_sided_t_test_of_scipy():
+    values = [79.1, 79.6, 78.9, 79.4, 79.3]
+    found = validation.within_limits(values, (78.5, 80.5), (78.95, 80.2))
+    for word, limit, side in (("at least", 78.5, "greater"), ("at most", 80.5, "less")):
+        assert found.p[word][0] == limit
+        assert found.p[word][1] == pytest.approx(stats.ttest_1samp(values, limit, alternative=side).pvalue)
+    assert found.shown and found.inside == 4
+    assert not validation.within_limits(values, (79.2, np.inf)).shown
+    with pytest.raises(InputError, match="all runs are equal"):
+        validation.within_limits([1, 1], (0, 2))
 
 
 def test_more_runs_that_reach_the_power_asked_for():
