@@ -66,7 +66,7 @@ def test_no_file_of_the_store_takes_the_place_of_a_closed_stream(tmp_path):
 def test_settings_of_matplotlib_change_nothing(study, tmp_path):
     assert command("compare", study, "--figures").returncode == 0
     plain = {file.name: file.read_bytes() for file in (study / "figures").glob("*.png")}
-    assert len(plain) == 2
+    assert set(plain) == {"readings.png", "residuals.png", "predictions.png"}
     home = tmp_path / "home"
     (home / ".config" / "matplotlib").mkdir(parents=True)
     rc = "text.usetex: True\naxes.facecolor: red\nsavefig.dpi: 33\nno.such.key: 1\nfigure.facecolor: black\n"
@@ -159,4 +159,4 @@ def test_ctrl_c_while_it_is_importing(study):
         assert "Traceback" not in said
         ended.append(process.returncode)
         assert process.returncode == 0 or "interrupted; what was finished is kept" in said
-    assert set(ended) <= {0, 130} and ended[0] == 130
+    assert set(ended) <= {0, 130, -signal.SIGINT} and ended[0] == 130  # the last where Python itself had begun to end
