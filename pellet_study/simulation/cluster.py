@@ -11,6 +11,7 @@ import tempfile
 import time
 from collections import deque
 from collections.abc import Mapping, Sequence
+from concurrent.futures import CancelledError
 from pathlib import Path
 from typing import Any
 
@@ -25,6 +26,7 @@ from yade_scripts.case import Table, unsealed
 
 try:
     from distributed import Client, Future
+    from distributed.comm import CommClosedError
 except ImportError:
     raise InputError("--scheduler needs Dask, which is not installed: pip install 'pellet-study[dask]'") from None
 
@@ -34,6 +36,7 @@ LOOK_AT_WORKERS_S = 1.0
 CONNECT_LIMIT_S = 10.0
 SCHEMES = ("tcp://", "tls://", "ucx://", "ws://", "wss://")
 RETURN_LIMIT_S = 300.0  # a scheduler that was there is waited for so long, and a worker that can simulate
+FETCH_LIMIT_S = 60.0  # a worker that ended with its rows leaves the scheduler waiting for another at its address
 MOST_IN_A_CHUNK = 100
 CHUNKS_A_THREAD = 4
 ATTEMPTS = 3  # workers that a chunk may lose before it is held against the chunk
@@ -113,7 +116,7 @@ def run(
             client = _connect(address, CONNECT_LIMIT_S)
             if client is None:
                 raise InputError(f"no Dask scheduler answers at {address}; start one with `dask scheduler`")
-            while work.waiting:
+            while work.unfinished:
                 try:
                     with client:
                         work.run(client)
@@ -127,9 +130,9 @@ def run(
                         ) from None
         finally:
             work.bar.close()
-    if work.left:
+    if work.failed:
         raise SimulationError(
-            f"{len(work.left)} of {len(cases)} cases have no result ({work.reason}); "
+            f"{len(work.failed)} of {len(cases)} cases have no result ({next(iter(work.failed.values()))}); "
             f"the others are kept in {store.folder}; call again"
         )
 
@@ -185,21 +188,26 @@ class _Work:
 
     def __init__(self, cases: Sequence[dict], store: Store, rigs: Mapping[str, Rig], time_limit_s: float | None):
         self.left = {case["id"]: case for case in cases}
-        self.waiting = deque(self.left.values())
+        self.failed: dict[str, str] = {}  # cases that are not tried again, and why
         self.store, self.time_limit_s = store, time_limit_s
         self.rigs = {name: rigs[name] for name in sorted({case["rig"] for case in cases})}
         self.expected, self.files = expectation(self.rigs), user_files(self.rigs)
         self.lost: dict[str, int] = {}  # how often a case was with a worker that ended
-        self.reason = ""  # of the last case without a result
+
+    @property
+    def unfinished(self) -> list[dict]:
+        """Cases that have no row and did not fail either: all of them, wherever the connection broke."""
+        return [case for name, case in self.left.items() if name not in self.failed]
 
     def run(self, client: Client) -> None:
-        """Have all that waits done, by the workers of one scheduler.
+        """Have all that is unfinished done, by the workers of one scheduler.
 
         Raises
         ------
-        SchedulerLost : it went away; what was with its workers waits again
+        SchedulerLost : it went away; what was with its workers is unfinished still
         SimulationError : no worker can simulate
         """
+        self.waiting = deque(self.unfinished)
         threads: dict[str, int] = {}  # of the workers that can simulate
         refused: dict[str, str] = {}
         asked: dict[Future, tuple[str, list[dict]]] = {}
@@ -236,13 +244,13 @@ class _Work:
                             )
                             asked[future] = worker, cases
                 time.sleep(POLL_S)
-        except OSError as error:
-            if client.status == "running" and not isinstance(error, TimeoutError):
+        except (CommClosedError, ConnectionError, TimeoutError, CancelledError):
+            raise SchedulerLost from None
+        except OSError:
+            if client.status == "running":
                 raise  # the disk here, not the connection
             raise SchedulerLost from None
         finally:
-            for _, cases in asked.values():
-                self.waiting.extend(case for case in cases if case["id"] in self.left)
             if client.status == "running":
                 client.cancel(list(asked))
 
@@ -270,19 +278,22 @@ class _Work:
 
     def _end(self, future: Future, cases: list[dict]) -> None:
         """A chunk came back, or its worker is gone."""
-        if future.status == "finished":
-            self._keep(future.result())
-            missing, why = [case for case in cases if case["id"] in self.left], "the worker returned no row"
-        elif future.status == "error":
-            missing, why = cases, _words(future.exception())
+        status = future.status
+        if status == "finished":
+            self._keep(future.result(timeout=FETCH_LIMIT_S))
+            self._fail(cases, "the worker returned no row")
+        elif status == "error":
+            self._fail(cases, _words(future.exception()))
         else:
             future.cancel()
             for case in cases:
                 self.lost[case["id"]] = self.lost.get(case["id"], 0) + 1
-            missing, why = [case for case in cases if self.lost[case["id"]] >= ATTEMPTS], "its workers ended"
+            self._fail([case for case in cases if self.lost[case["id"]] >= ATTEMPTS], "its workers ended")
             self.waiting.extendleft(case for case in cases if self.lost[case["id"]] < ATTEMPTS)
-        self.reason = why if missing else self.reason
         self.bar.update(sum(case["id"] not in self.left for case in cases))
+
+    def _fail(self, cases: list[dict], reason: str) -> None:
+        self.failed.update({case["id"]: reason for case in cases if case["id"] in self.left})
 
     def _keep(self, tables: dict[str, bytes]) -> None:
         """Put lines that came back into the store, those of cases that were asked for."""

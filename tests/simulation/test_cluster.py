@@ -139,6 +139,44 @@ def test_the_scheduler_gone_and_back(tmp_path, cluster, local):
     assert 5 <= kept < CASES and (tmp_path / "runs.csv").read_bytes() == local
 
 
+@pytest.mark.parametrize("broken", ["result", "submit"])
+def test_a_connection_that_ends_at_any_step_loses_no_case(tmp_path, monkeypatch, broken):
+    from distributed.comm import CommClosedError
+
+    from pellet_study.rigs import on_yade
+    from pellet_study.simulation import cluster, store
+
+    class Gone:
+        """A client whose connection ends at one step, and the future it gives."""
+
+        def __init__(self, status="running"):
+            self.status = status
+
+        def nthreads(self):
+            return {"worker": 1}
+
+        def run(self, *_, **__):
+            return {"worker": None}
+
+        def cancel(self, futures):
+            pass
+
+        def submit(self, *_, **__):
+            if broken == "submit":
+                raise CommClosedError
+            return Gone("finished")
+
+        def result(self, **__):
+            raise CommClosedError
+
+    rig = on_yade.rig("rebound")
+    cases = [{**on_yade.case(rig, seed=seed), "id": str(seed)} for seed in range(8)]
+    work = cluster._Work(cases, store.Store(tmp_path), {rig.name: rig}, None)
+    with pytest.raises(cluster.SchedulerLost):
+        work.run(Gone())
+    assert [case["id"] for case in work.unfinished] == [case["id"] for case in cases]
+
+
 def test_a_worker_without_yade_is_left_out_and_named(tmp_path, cluster, local):
     cluster.scheduler()
     cluster.worker(PATH="/nowhere")
