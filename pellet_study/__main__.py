@@ -4,7 +4,6 @@ import argparse
 import importlib
 import logging
 import os
-import signal
 import sys
 import warnings
 from collections.abc import Callable
@@ -112,30 +111,35 @@ def _leave_json(file: Path, answer: object) -> None:
 def main(argv: list[str] | None = None) -> int:
     """Run one command; returns the exit status (0 answered, 2 bad input, 3 simulations failed, 130 interrupted)."""
     _own_surroundings()
-    logging.getLogger("pellet_study").setLevel(logging.INFO)
-    if not logging.getLogger().handlers:
-        logging.basicConfig()
-        logging.getLogger().handlers[0].setFormatter(_Plain("pellet-study: %(message)s"))
-        logging.getLogger().handlers[0].addFilter(logging.Filter("pellet_study"))  # others' lines are not passed on
-    if not sys.warnoptions:
-        warnings.simplefilter("ignore")  # nor are warnings to programmers: what a user must know is said in the answer
-    for stream in (sys.stdout, sys.stderr):
-        if hasattr(stream, "reconfigure"):
-            stream.reconfigure(errors="backslashreplace")  # a terminal that has no such letter
+    _own_log()
     try:
         starting.attend()
-        return _answer(sys.argv[1:] if argv is None else argv)
-    except KeyboardInterrupt:
-        signal.signal(signal.SIGINT, signal.SIG_IGN)  # a second one changes nothing
-        complain(starting.WORDS)
-        return starting.INTERRUPTED
+        status = _told(sys.argv[1:] if argv is None else argv)
+        starting.ignore()
+        return status
+    except BaseException as error:
+        starting.ignore()  # a second one changes nothing
+        if not starting.interrupted(error):
+            raise
+    complain(starting.WORDS)
+    return starting.leave()
+
+
+def _told(argv: list[str]) -> int:
+    """Run one command; what went wrong is said in a sentence."""
+    try:
+        return _answer(argv)
     except StudyError as error:
+        if starting.interrupted(error):
+            raise
         complain(error)
         return error.exit_status
     except BrokenPipeError:  # `pellet-study ... | head`: the reader has seen enough
         _give_up_stdout()
         return 0
     except OSError as error:
+        if starting.interrupted(error):
+            raise
         complain(_words(error))
         _give_up_stdout()
         return InputError.exit_status
@@ -178,6 +182,20 @@ class _Plain(logging.Formatter):
 
     def format(self, record: logging.LogRecord) -> str:
         return plain(super().format(record))
+
+
+def _own_log() -> None:
+    """Our log and warnings reach the terminal as sentences; those of other programs do not."""
+    logging.getLogger("pellet_study").setLevel(logging.INFO)
+    if not logging.getLogger().handlers:
+        logging.basicConfig()
+        logging.getLogger().handlers[0].setFormatter(_Plain("pellet-study: %(message)s"))
+        logging.getLogger().handlers[0].addFilter(logging.Filter("pellet_study"))  # others' lines are not passed on
+    if not sys.warnoptions:
+        warnings.simplefilter("ignore")  # nor are warnings to programmers: what a user must know is said in the answer
+    for stream in (sys.stdout, sys.stderr):
+        if hasattr(stream, "reconfigure"):
+            stream.reconfigure(errors="backslashreplace")  # a terminal that has no such letter
 
 
 def _own_surroundings() -> None:

@@ -159,4 +159,4 @@ def test_ctrl_c_while_it_is_importing(study):
         assert "Traceback" not in said
         ended.append(process.returncode)
         assert process.returncode == 0 or "interrupted; what was finished is kept" in said
-    assert set(ended) <= {0, 130, -signal.SIGINT} and ended[0] == 130  # the last where Python itself had begun to end
+    assert set(ended) <= {0, 130} and ended[0] == 130
