@@ -12,7 +12,7 @@ from pathlib import Path
 
 import pellet_study
 from pellet_study import starting
-from pellet_study.commands import COMMANDS, EDITING, SIMULATING
+from pellet_study.commands import COMMANDS, EDITING, SIMULATING, simulating
 from pellet_study.errors import InputError, StudyError
 from pellet_study.files import opening, writing
 from pellet_study.output.terminal import complain
@@ -46,29 +46,9 @@ def _parser(chosen: str | None) -> argparse.ArgumentParser:
                 help="overwrite files that are there and were not written by this program",
             )
             if name in SIMULATING:
-                _add_simulating(command)
+                simulating.add_arguments(command)
             command.set_defaults(run=module.run)
     return parser
-
-
-def _add_simulating(command: argparse.ArgumentParser) -> None:
-    """Options of the commands that may simulate; they stand for environment variables that `dispatch` reads."""
-    command.add_argument(
-        "--scheduler",
-        metavar="ADDRESS",
-        help="simulate on a Dask cluster: tcp://HOST:PORT of its scheduler, or slurm:JOBS ($PELLET_STUDY_SCHEDULER)",
-    )
-    command.add_argument(
-        "--time-limit",
-        metavar="SECONDS",
-        help="longest time of one simulation; default: what its rig declares ($PELLET_STUDY_TIME_LIMIT_S)",
-    )
-
-
-def _set_simulating(arguments: argparse.Namespace) -> None:
-    for option, variable in (("scheduler", "PELLET_STUDY_SCHEDULER"), ("time_limit", "PELLET_STUDY_TIME_LIMIT_S")):
-        if getattr(arguments, option, None):
-            os.environ[variable] = getattr(arguments, option)
 
 
 def _check_folder(folder: Path | None) -> None:
@@ -151,7 +131,8 @@ def _answer(argv: list[str]) -> int:
     with writing.forced(arguments.force):
         _check_json(arguments.json)
     _check_folder(getattr(arguments, "study", None))
-    _set_simulating(arguments)
+    if arguments.command in SIMULATING:
+        simulating.hand_on(arguments)
     with writing.forced(arguments.force), _held(arguments):
         answer = arguments.run(arguments)
         if arguments.json is not None:

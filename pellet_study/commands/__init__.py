@@ -3,7 +3,7 @@
 `run` prints the readable answer; `__main__` writes what it returns to the file that `--json` names.
 A command's file is imported only when that command is called, so each pays for its own libraries alone.
 
-    numbers < arguments, responses < design_tables < surface, wanted < add, angle, audit, bbd, bench, calibrate, challenge, check,
+    numbers, simulating < arguments, responses < design_tables < surface, wanted < add, angle, audit, bbd, bench, calibrate, challenge, check,
     compare, design, diagnose, doctor, drop, history, init, pb, refine, report
 """
 
@@ -29,7 +29,7 @@ COMMANDS = {
 }
 
 SIMULATING = ("doctor", "bench", "calibrate", "compare", "diagnose", "add", "drop", "refine", "challenge")
-"""Commands that may simulate, and take --scheduler and --time-limit."""
+"""Commands that may simulate, and take --scheduler, --time-limit and --workers."""
 
 EDITING = ("add", "drop", "refine")
 """Commands that edit study.toml and the history: one at a time on a study."""

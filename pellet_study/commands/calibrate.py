@@ -63,7 +63,6 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         help="heaps at each point of the designs and of the climb (as before in the folder "
         "of the results, else 3; --quick 1)",
     )
-    parser.add_argument("--workers", type=whole, metavar="N", help="YADE processes at once (one a core)")
     parser.add_argument(
         "--few",
         action="store_true",
@@ -121,8 +120,6 @@ def _check(arguments: argparse.Namespace, folder: Path) -> None:
         raise InputError(f"--quick {arguments.quick}: would write over the results it reads; name another --results")
     if arguments.repeats is not None and arguments.repeats < 1:
         raise InputError(f"--repeats {arguments.repeats}: expected at least one heap a point")
-    if arguments.workers is not None and arguments.workers < 1:
-        raise InputError(f"--workers {arguments.workers}: expected at least one process")
     if arguments.quick and not (arguments.quick / "optimum" / "decision.json").exists():
         raise InputError(f"--quick {arguments.quick}: expected the results of a chain that was run to the optimum")
 
@@ -150,7 +147,7 @@ def _heaps(arguments: argparse.Namespace, plan: "Plan", folder: Path) -> "Heaps"
         if repeats == before != sizes.repeats and not arguments.few:
             say(f"heaps at each point: {before}, as before in {folder}; --repeats {sizes.repeats} for {sizes.repeats}")
         sizes = replace(sizes, repeats=repeats)
-    return Heaps(plan, folder / ".store", sizes, workers=arguments.workers, say=say)
+    return Heaps(plan, folder / ".store", sizes, say=say)
 
 
 def _make(folder: Path) -> None:

@@ -1,6 +1,6 @@
 """Cases in, rows out: YADE processes on this machine or a cluster, and the store of what they finished.
 
-    yade < store, processes < local < law_cases < law_checks < unseen < cluster < dispatch
+    settings, yade < store, processes < local < law_cases < law_checks < unseen, slurm < cluster < dispatch
 
 `run` and `Store` are handed on when they are first used, as they need pandas.
 """

@@ -7,11 +7,14 @@ again of the one that comes back.
 """
 
 import logging
+import shutil
 import tempfile
 import time
 from collections import deque
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from concurrent.futures import CancelledError
+from contextlib import contextmanager
+from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +23,7 @@ from pellet_study.errors import InputError, SimulationError, StudyError
 from pellet_study.rigs.declared import Rig, rig_in
 from pellet_study.rigs.on_yade import rigs_of
 from pellet_study.rigs.scripts import SCRIPTS
-from pellet_study.simulation import local, yade
+from pellet_study.simulation import local, settings, yade
 from pellet_study.simulation.store import Store
 from yade_scripts.case import Table, unsealed
 
@@ -34,7 +37,6 @@ log = logging.getLogger(__name__)
 POLL_S = 0.1
 LOOK_AT_WORKERS_S = 1.0
 CONNECT_LIMIT_S = 10.0
-SCHEMES = ("tcp://", "tls://", "ucx://", "ws://", "wss://")
 RETURN_LIMIT_S = 300.0  # a scheduler that was there is waited for so long, and a worker that can simulate
 FETCH_LIMIT_S = 60.0  # a worker that ended with its rows leaves the scheduler waiting for another at its address
 MOST_IN_A_CHUNK = 100
@@ -110,19 +112,20 @@ def run(
     from tqdm import tqdm
 
     work = _Work(cases, store, rigs, time_limit_s)
-    with _Address(scheduler) as address:
+    with _reached(scheduler, store) as there:
+        address = there.address
         work.bar = tqdm(total=len(cases), unit="case", desc="simulating", disable=True if quiet else None, leave=False)
         try:
-            client = _connect(address, CONNECT_LIMIT_S)
+            client = _connect(there, CONNECT_LIMIT_S)
             if client is None:
                 raise InputError(f"no Dask scheduler answers at {address}; start one with `dask scheduler`")
             while work.unfinished:
                 try:
                     with client:
-                        work.run(client)
+                        work.run(client, there.check)
                 except SchedulerLost:
                     log.warning("lost the scheduler at %s; waiting for it to come back", address)
-                    client = _connect(address, RETURN_LIMIT_S)
+                    client = _connect(there, RETURN_LIMIT_S)
                     if client is None:
                         raise SimulationError(
                             f"the scheduler at {address} did not come back within {RETURN_LIMIT_S:g} s; "
@@ -137,48 +140,44 @@ def run(
         )
 
 
-class _Address:
-    """The scheduler's address; where SLURM is asked for, its jobs run from entering to leaving."""
+@contextmanager
+def _reached(scheduler: str, store: Store) -> Iterator["_Scheduler"]:
+    """The scheduler that is named; where SLURM is asked for, one of our own and its jobs, until leaving."""
+    jobs = settings.jobs_of(scheduler)
+    if not jobs:
+        yield _Scheduler(scheduler)
+        return
+    from pellet_study.simulation.slurm import Jobs
 
-    def __init__(self, scheduler: str):
-        self.scheduler = scheduler
-        self.cluster: Any = None
-
-    def __enter__(self) -> str:
-        if self.scheduler.startswith(SCHEMES):
-            return self.scheduler
-        kind, _, jobs = self.scheduler.partition(":")
-        if kind != "slurm" or not (jobs.isdecimal() and int(jobs) > 0):
-            raise InputError(f"--scheduler {self.scheduler}: expected tcp://HOST:PORT, or slurm:JOBS, as slurm:8")
-        from dask_jobqueue import SLURMCluster
-
-        try:
-            self.cluster = SLURMCluster()
-        except (TypeError, ValueError) as error:
-            raise InputError(
-                f"--scheduler {self.scheduler}: cores, memory and walltime of a job are expected in "
-                f"~/.config/dask/jobqueue.yaml under jobqueue: slurm: ({error})"
-            ) from None
-        self.cluster.scale(jobs=int(jobs))
-        return self.cluster.scheduler_address
-
-    def __exit__(self, *_: object) -> None:
-        if self.cluster is not None:
-            self.cluster.close()
+    keys = store.new_campaign()
+    try:
+        with Jobs(jobs, keys) as cluster:
+            yield _Scheduler(cluster.address, cluster.security, cluster.check)
+    finally:
+        shutil.rmtree(keys, ignore_errors=True)
 
 
-def _connect(address: str, limit_s: float) -> Client | None:
+@dataclass
+class _Scheduler:
+    """Where a scheduler is, how to speak with it, and a look at whether its workers will come."""
+
+    address: str
+    security: Any = None  # None: what the settings of Dask say
+    check: Callable[[], None] = lambda: None
+
+
+def _connect(scheduler: _Scheduler, limit_s: float) -> Client | None:
     """A client, or None where nobody answers in time."""
     deadline = time.monotonic() + limit_s
     while True:
         try:
-            return Client(address, timeout=CONNECT_LIMIT_S, set_as_default=False)
+            return Client(scheduler.address, timeout=CONNECT_LIMIT_S, set_as_default=False, security=scheduler.security)
         except OSError:
             if time.monotonic() > deadline:
                 return None
             time.sleep(1.0)
         except ValueError as error:
-            raise InputError(f"--scheduler {address}: {error}") from None
+            raise InputError(f"--scheduler {scheduler.address}: {error}") from None
 
 
 class _Work:
@@ -199,8 +198,8 @@ class _Work:
         """Cases that have no row and did not fail either: all of them, wherever the connection broke."""
         return [case for name, case in self.left.items() if name not in self.failed]
 
-    def run(self, client: Client) -> None:
-        """Have all that is unfinished done, by the workers of one scheduler.
+    def run(self, client: Client, check: Callable[[], None] = lambda: None) -> None:
+        """Have all that is unfinished done, by the workers of one scheduler; `check` raises where none will come.
 
         Raises
         ------
@@ -220,6 +219,7 @@ class _Work:
                 if now - looked > LOOK_AT_WORKERS_S:
                     looked = now
                     self._look(client, threads, refused)
+                    check()
                     able = now if threads else able
                     if (refused and not threads and not asked) or now - able > RETURN_LIMIT_S:
                         why = next(iter(refused.values()), "none is there")

@@ -1,20 +1,17 @@
 """Cases in, rows out: what is stored is read, what is missing is simulated on this machine or on a Dask cluster."""
 
-import os
 import re
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 import pandas as pd
 
-from pellet_study.errors import InputError, SimulationError
+from pellet_study.errors import SimulationError
 from pellet_study.rigs.declared import Rig
 from pellet_study.rigs.on_yade import rigs_of
-from pellet_study.simulation import local, unseen, yade
+from pellet_study.simulation import local, settings, unseen, yade
 from pellet_study.simulation.store import Store, key
-from pellet_study.tables.numbers import number_given
 
-SCHEDULER, TIME_LIMIT = "PELLET_STUDY_SCHEDULER", "PELLET_STUDY_TIME_LIMIT_S"
 LIMIT_IN_STATUS = re.compile(re.escape(local.TOOK_LONGER) + r" ([\d.e+]+) s")
 
 cores = local.cores
@@ -37,7 +34,7 @@ def run(
     cases : complete cases (`rigs.case`)
     store : folder of finished cases, made where it is missing
     rigs : those of the cases' rigs by name that are not the package's, as a study's catalogue has them
-    workers : YADE processes at once on this machine; default one a core
+    workers : YADE processes at once on this machine; default $PELLET_STUDY_WORKERS, else one a core
     quiet : no progress bar (there is none either where stderr is no terminal)
     scheduler : address of a Dask scheduler, or `slurm:JOBS`; default $PELLET_STUDY_SCHEDULER, else this machine
     time_limit_s : longest time of a case, s; default $PELLET_STUDY_TIME_LIMIT_S, else what its rig declares
@@ -53,8 +50,9 @@ def run(
     InputError : no YADE, or one too old
     SimulationError : YADE ends before its first case, or the machine ran out of disk or memory
     """
-    scheduler = scheduler or os.environ.get(SCHEDULER) or None
-    limit = time_limit_s or _limit(os.environ.get(TIME_LIMIT))
+    scheduler = scheduler or settings.scheduler()
+    limit = time_limit_s or settings.time_limit_s()
+    workers = workers or settings.workers() or cores()
     used = rigs_of(cases, rigs)
     keyed = [{**case, "id": key(case, used[case["rig"]])} for case in cases]
     with Store(store) as opened:
@@ -63,13 +61,13 @@ def run(
         missing = {case["id"]: case for case in keyed if case["id"] not in done[case["rig"]]}
         if missing:
             yade.refuse_old()
-            unseen.check(workers or cores())
+            unseen.check(workers)
             if scheduler:
                 from pellet_study.simulation import cluster
 
                 cluster.run(list(missing.values()), opened, used, scheduler, quiet=quiet, time_limit_s=limit)
             else:
-                local.run(list(missing.values()), opened, used, workers or cores(), quiet=quiet, time_limit_s=limit)
+                local.run(list(missing.values()), opened, used, workers, quiet=quiet, time_limit_s=limit)
             known = {name: opened.rows(rig) for name, rig in used.items()}
     lost = [case["id"] for case in keyed if case["id"] not in known[case["rig"]].index]
     if lost:
@@ -94,15 +92,3 @@ def _done(table: pd.DataFrame, limit_s: float) -> set[str]:
     failed = table.index[table["status"] != "ok"]
     stopped = {name: LIMIT_IN_STATUS.fullmatch(table["status"][name]) for name in failed}
     return set(table.index) - {name for name, found in stopped.items() if found and float(found[1]) < limit_s}
-
-
-def _limit(text: str | None) -> float | None:
-    if not text:
-        return None
-    try:
-        seconds = number_given(text)
-    except ValueError:
-        seconds = 0.0
-    if not 0 < seconds < float("inf"):
-        raise InputError(f"time limit {text!r}: expected a number of seconds above 0")
-    return seconds

@@ -5,15 +5,17 @@ SLURM alone has a stand-in: an `sbatch` that starts the job it is given on this 
 
 import json
 import os
-import shutil
 import signal
 import subprocess
 import sys
+import time
 from pathlib import Path
 
 import pytest
 
+from pellet_study.commands import SIMULATING
 from tests.faults.driver import command, paragraph, rows, simulating, start, wait_until
+from tests.helpers.listening import listening
 
 pytest.importorskip("distributed")
 CASES = 40
@@ -261,8 +263,9 @@ JOBQUEUE = """jobqueue:
 """
 
 
-def test_slurm_jobs_are_submitted_and_give_the_local_table(tmp_path, local):
-    pytest.importorskip("dask_jobqueue")
+@pytest.fixture
+def slurm(tmp_path) -> dict[str, str]:
+    """The environment of a machine with that SLURM."""
     folder, commands = tmp_path / "slurm", tmp_path / "bin"
     folder.mkdir()
     commands.mkdir()
@@ -271,18 +274,96 @@ def test_slurm_jobs_are_submitted_and_give_the_local_table(tmp_path, local):
         (commands / name).chmod(0o755)
     (tmp_path / "dask").mkdir()
     (tmp_path / "dask" / "jobqueue.yaml").write_text(JOBQUEUE.format(folder=folder))
-    environment = {
+    return {
         **os.environ,
         "PATH": f"{commands}:{os.environ['PATH']}",
         "DASK_CONFIG": str(tmp_path / "dask"),
         "PELLET_STUDY_SCHEDULER": "slurm:1",
     }
-    driver = start(tmp_path / "store", tmp_path / "runs.csv", CASES, env=environment)
+
+
+def named(word: Path) -> list[int]:
+    """Processes whose arguments name it."""
+    found = []
+    for entry in Path("/proc").iterdir():
+        if entry.name.isdecimal():
+            try:
+                found += [int(entry.name)] if bytes(word) in (entry / "cmdline").read_bytes() else []
+            except OSError:
+                continue
+    return found
+
+
+def test_slurm_jobs_give_the_local_table_and_only_this_machine_hears_them(tmp_path, slurm, local):
+    pytest.importorskip("dask_jobqueue")
+    folder = tmp_path / "slurm"
+    driver = start(tmp_path / "store", tmp_path / "runs.csv", CASES, env=slurm)
+    seen, open_to_others = set(), []
     try:
-        ended_well(driver, tmp_path)
+        while driver.poll() is None:
+            seen |= {(pid == driver.pid, at) for pid in (driver.pid, *named(folder)) for at in listening([pid])}
+            keys = tmp_path.glob("store/campaign-*/key.pem")
+            open_to_others += [
+                file for file in keys if file.stat().st_mode & 0o077 or file.parent.stat().st_mode & 0o077
+            ]
+            time.sleep(0.2)
+        said = ended_well(driver, tmp_path)
     finally:
         for job in (folder / "jobs").read_text().split() if (folder / "jobs").exists() else []:
-            subprocess.run([commands / "scancel", job], check=False)
+            subprocess.run([tmp_path / "bin" / "scancel", job], check=False)
     assert (tmp_path / "runs.csv").read_bytes() == local
-    assert "#SBATCH -t 00:30:00" in (folder / "job.sh").read_text()
-    shutil.rmtree(folder, ignore_errors=True)
+    script = (folder / "job.sh").read_text()
+    assert "#SBATCH -t 00:30:00" in script and "tls://127.0.0.1:" in script and "--tls-key" in script
+    addresses = {at.split()[1] for _, at in seen}
+    assert {ours for ours, _ in seen} == {True, False}  # the scheduler's, and the worker's
+    assert all(address.startswith("0100007F:") for address in addresses), addresses
+    assert not any(address.endswith(f":{8787:04X}") for address in addresses)  # Dask's dashboard
+    assert not open_to_others and not list(tmp_path.glob("store/campaign-*")) and "this machine only" not in said
+
+
+def refused(tmp_path: Path, environment: dict) -> str:
+    """What `bench` says where SLURM takes no job."""
+    study = tmp_path / "study"
+    assert command("init", study).returncode == 0
+    before = time.monotonic()
+    found = command("bench", study, "--scheduler", "slurm:2", env=environment)
+    assert found.returncode == 2 and paragraph(found.stderr) and time.monotonic() - before < 60
+    assert not list(study.glob(".store/campaign-*"))
+    return found.stderr
+
+
+def test_what_sbatch_refuses_is_told_in_its_words(tmp_path, slurm):
+    pytest.importorskip("dask_jobqueue")
+    words = "sbatch: error: invalid partition specified: normal"
+    (tmp_path / "bin" / "sbatch").write_text(f"#!/bin/sh\necho '{words}' >&2\nexit 1\n")
+    said = refused(tmp_path, slurm)
+    assert words in said and "jobqueue.yaml" in said and len(said.splitlines()) == 1
+
+
+def test_a_machine_without_sbatch_is_told_at_once(tmp_path, slurm):
+    (tmp_path / "bin" / "sbatch").unlink()
+    assert "there is no sbatch on the PATH" in refused(tmp_path, slurm)
+
+
+def test_without_a_named_interface_the_scheduler_is_heard_by_this_machine_only(tmp_path, slurm):
+    settings = tmp_path / "dask" / "jobqueue.yaml"
+    settings.write_text(settings.read_text().replace("    interface: lo\n", ""))
+    (tmp_path / "bin" / "sbatch").write_text("#!/bin/sh\ncp $1 $0.job\nexit 1\n")
+    assert "listens on this machine only" in refused(tmp_path, slurm)
+    assert "tls://127.0.0.1:" in (tmp_path / "bin" / "sbatch.job").read_text()
+
+
+@pytest.mark.parametrize("name", SIMULATING)
+def test_the_options_of_simulations_are_those_of_every_command_that_simulates(name):
+    said = command(name, "--help").stdout
+    assert all(option in said for option in ("--scheduler", "--time-limit", "--workers"))
+
+
+@pytest.mark.parametrize(
+    "option, given", [("--scheduler", "h:8786"), ("--time-limit", "0"), ("--time-limit", "1,5"), ("--workers", "0")]
+)
+def test_an_option_of_simulations_that_cannot_be_used_is_refused_before_the_study_is_read(option, given):
+    found = command("compare", "/nowhere", option, given)
+    assert (
+        found.returncode == 2 and paragraph(found.stderr) and given in found.stderr and "/nowhere" not in found.stderr
+    )
