@@ -62,10 +62,25 @@ def catalogue_of(folder: Path | None, library: Path | None = None) -> Catalogue:
 def _own(folder: Path, whose: str, refuse: Callable[[Path], None]) -> Own:
     """The rigs and effects of a folder, loaded and named; one in the wrong place is refused."""
     refuse_misplaced(folder)
-    return Own(
-        {file: _declared(rig_from, file, whose, refuse) for file in declaring(folder / "rigs", "RIG")},
-        {file: _declared(effect_from, file, whose, refuse, file) for file in declaring(folder / "effects", "EFFECT")},
-    )
+    rigs = {file: _declared(rig_from, file, whose, refuse) for file in declaring(folder / "rigs", "RIG")}
+    effects = {
+        file: _declared(effect_from, file, whose, refuse, file) for file in declaring(folder / "effects", "EFFECT")
+    }
+    _refuse_twins("rig", rigs)
+    _refuse_twins("effect", effects)
+    return Own(rigs, effects)
+
+
+def _refuse_twins(what: str, declared: Mapping[Path, Rig] | Mapping[Path, Effect]) -> None:
+    """Refuse a name that two files of a folder declare: one would silently take the other's place."""
+    first: dict[str, Path] = {}
+    for file, one in declared.items():
+        if one.name in first:
+            raise InputError(
+                f"{file}: declares the {what} {one.name!r}, as {first[one.name]} does; give one of them another name, or call it "
+                f"{file.name}.off if it is not meant"
+            )
+        first[one.name] = file
 
 
 def _library(folder: Path) -> Own:
@@ -143,7 +158,10 @@ def _refuse_idle(effect: Effect, file: Path, known: Mapping[str, Rig]) -> None:
     strange = [name for name in effect.rigs if name not in known]
     for name in strange:  # a file may be shared with a study that has a rig of its own
         if len(strange) == len(effect.rigs) or did_you_mean(name, known):
-            raise InputError(f"{file}: rigs: rig {name!r} is unknown{nearest(name, known)}")
+            raise InputError(
+                f"{file}: rigs names {name!r}, a rig that comes neither with the package nor with a file of rigs/: put the rig's "
+                f"file there (rigs/{name}.py), or name another{nearest(name, known)}"
+            )
     formulas = [name for name, rig in known.items() if not rig.on_yade]
     for name in effect.closed_form:
         if name not in formulas and name not in strange:

@@ -162,3 +162,98 @@ def test_what_a_rigs_solver_leaves_is_no_fault_of_the_effect(digits):
     act = {"ball": lambda drag, values: drag + values["cd"]}
     effect = Effect("drag", "", "", parameters, 1, {"ball": ""}, "", "", closed_form=act)
     refuse_jumps(rig, effect, {"drop_height_mm": np.array([100.0, 300.0, 900.0])}, {})
+
+
+DROP = """
+import numpy as np
+
+RIG = {
+    "name": "drop",
+    "parameters": {"restitution": {"default": 0.8, "min": 0.1, "max": 1.0, "unit": "1", "meaning": "e"}},
+    "conditions": {"drop_height_mm": {"default": 300.0, "min": 10.0, "max": 3000.0, "unit": "mm", "meaning": "h"}},
+    "observables": {"rebound_mm": {"unit": "mm", "meaning": "rise"}},
+}
+
+
+def predict(parameters, conditions, effects):
+    height = conditions["drop_height_mm"]
+    v = parameters["restitution"] ** 2 * height
+    for act, values in effects.values():
+        v = act(v, height, values["x"])
+    return {"rebound_mm": READING}
+"""
+LOSS = """
+import numpy as np
+
+EFFECT = {
+    "name": "loss", "means": "m", "formula": "f", "sides": 1, "rigs": {"drop": "everywhere"},
+    "parameters": {"x": {"absent": 0.0, "min": 0.0, "max": HIGH, "unit": "1", "meaning": "x"}},
+    "signature": "s", "source": "this test",
+}
+
+
+def act(v, h, x):
+    return ACT
+
+
+CLOSED_FORM = {"drop": act}
+"""
+
+
+def dropped(path, act, reading="v", high=5.0):
+    """Rebounds from three heights, with an effect on them; the rig reads them in its own way."""
+    rows = [f"drop,rebound_mm,{0.64 * h},1,{h}" for h in (100, 300, 900)]
+    folder(path, ["rig,observable,value,sd,drop_height_mm", *rows])
+    (path / "study.toml").write_text("[parameters]\nrestitution = { value = 0.8, min = 0.5, max = 0.98 }\n")
+    for place, text in (("rigs/drop.py", DROP.replace("READING", reading)), ("effects/loss.py", LOSS)):
+        (path / place).parent.mkdir()
+        (path / place).write_text(text.replace("ACT", act).replace("HIGH", str(high)))
+    return path
+
+
+@pytest.mark.parametrize("high", [0.5, 1.0, 3.0, 5.0, 20.0, 100.0])
+@pytest.mark.parametrize("act", ["v + np.round(x, 1)", "v + np.where(x > 0, np.round(v + x * h / 1000, 1) - v, 0)"])
+def test_steps_of_a_tenth_are_refused_however_many_there_are(tmp_path, capsys, act, high):
+    assert main(["compare", str(dropped(tmp_path / "s", act, high=high))]) == 2
+    assert "loss.py: loss" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("reading", ["np.round(v, 4)", "np.round(v, 1)", "np.where(v < 60, 0.0, v)"])
+@pytest.mark.parametrize("act", ["v - 1e-3 * x", "v - 0.1 * x", "v - 2 * x", "v * (1 - 1e-3 * x * h / 1000)"])
+def test_a_rig_that_rounds_or_has_a_threshold_makes_no_continuous_effect_be_refused(tmp_path, capsys, act, reading):
+    assert main(["compare", str(dropped(tmp_path / "s", act, reading))]) == 0, capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "act, reading",
+    [
+        ("v + np.round(x, 1)", "np.round(v, 2)"),
+        ("v * np.where(x > 0, 1.03, 1.0)", "np.where(v < 60, 0.0, v)"),
+        ("v + x + np.where(x > 2.2, 8.0, 0.0)", "np.where(v < 60, 0.0, v)"),
+    ],
+)
+def test_a_rig_that_rounds_or_has_a_threshold_excuses_no_larger_jumps_of_an_effect(tmp_path, capsys, act, reading):
+    assert main(["compare", str(dropped(tmp_path / "s", act, reading))]) == 2
+    assert "loss.py: loss" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize("place, what", [("effects/loss.py", "effect"), ("rigs/drop.py", "rig")])
+def test_two_files_that_declare_one_name_are_refused(tmp_path, capsys, place, what):
+    path = dropped(tmp_path / "s", "v + x")
+    copy = (path / place).with_name("other.py")
+    copy.write_text((path / place).read_text())
+    assert main(["compare", str(path)]) == 2
+    said = capsys.readouterr().err
+    assert f"other.py: declares the {what} '{(path / place).stem}', as" in said and str(path / place) in said
+    copy.rename(f"{copy}.off")  # the advice, followed
+    assert main(["compare", str(path)]) == 0
+
+
+def test_an_effect_whose_rig_has_no_file_says_that_the_rig_is_missing(tmp_path, capsys):
+    path = dropped(tmp_path / "s", "v + x")
+    (path / "rigs" / "drop.py").unlink()
+    assert main(["compare", str(path)]) == 2
+    said = capsys.readouterr().err
+    assert (
+        "'drop', a rig that comes neither with the package nor with a file of rigs/" in said and "rigs/drop.py" in said
+    )
