@@ -136,11 +136,15 @@ class Surrogate:
         return LogSurface.fitted(terms, means[kept])
 
     def _fit_effects(self, plans: Mapping[OfEffect, Sequence[Point]], results: Mapping[Point, Mean]) -> None:
-        """Surfaces of effects, of one effect at all sites of a rig together."""
-        groups: dict[tuple[str, str, str], list[Site]] = {}
+        """Surfaces of effects, of one effect together at all sites of a rig that have the same factors.
+
+        A parameter that is free is none at the sites where it is known: their surfaces have fewer terms.
+        """
+        groups: dict[tuple, list[Site]] = {}
         for site, name in plans:
-            groups.setdefault((site.rig, site.observable, name), []).append(site)
-        for (_, _, name), sites in groups.items():
+            factors = tuple(self.plan.factors(site))
+            groups.setdefault((site.rig, site.observable, name, factors), []).append(site)
+        for (_, _, name, _), sites in groups.items():
             runs = {site: self._effect_runs(site, name, plans[site, name], results) for site in sites}
             alive = [site for site in sites if site not in self.failed and np.isfinite(runs[site].with_it).any()]
             surfaces = fitted_effects([runs[site] for site in alive]) if alive else []
