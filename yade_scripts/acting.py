@@ -10,11 +10,14 @@
 | `rolling` | 0; rolling speed, m/s | rolling friction coefficient beyond the constant one |
 | `tangential_stiffness` | 1 | share of the contact law's tangential stiffness |
 | `force` | force on the centre of mass, N; velocity, m/s; volume, m3 | force, N |
-| `reading` | the rig's first observable | the reading, in its unit |
 
 An effect's function gets what the place asks with and its own parameters last. Effects that share a place act one
-after the other.
+after the other. `reading`, asked with an observable, is no place of a scene: it acts on what the rig has observed, on the
+rig's first observable or on those that its EFFECT names as `reads` (`read_of`).
 """
+
+READING = "reading"
+SCENES = ("SEED_SCENE", "POWDER_SCENE")
 
 
 def declared(modules, rig: str = "") -> dict:
@@ -25,6 +28,33 @@ def declared(modules, rig: str = "") -> dict:
 def parameters(module, rig: str = "") -> dict:
     """An effect's parameters in a rig: its own there, where the amount is another quantity."""
     return module.EFFECT.get("parameters_in", {}).get(rig, module.EFFECT["parameters"])
+
+
+def present(module, case: dict, rig: str = "") -> bool:
+    """Whether an effect is there in a case: its amount, the first parameter, is not the value that means absent."""
+    amount, quantity = next(iter(parameters(module, rig).items()))
+    return case["effects"][module.EFFECT["name"]][amount] != quantity["absent"]
+
+
+def reads(effect: dict, observable: str, observables) -> bool:
+    """Whether an effect on readings acts on one of a rig's observables, given in its order.
+
+    Simulations and the surfaces that stand for them both go by it.
+    """
+    return observable in effect.get("reads", tuple(observables)[:1])
+
+
+def read_of(modules, case: dict, observed: dict, rig: str = "") -> dict:
+    """What is read of a rig's {observable: value}, in its order; one that does not apply is None and stays so."""
+    found = dict(observed)
+    for module in modules:
+        act = next((getattr(module, s)[READING] for s in SCENES if READING in getattr(module, s, {})), None)
+        if act is not None and present(module, case, rig):
+            values = case["effects"][module.EFFECT["name"]]
+            for name, value in found.items():
+                if value is not None and reads(module.EFFECT, name, observed):
+                    found[name] = act(value, values)
+    return found
 
 
 class Effects:
@@ -41,11 +71,11 @@ class Effects:
     def __init__(self, modules, case: dict, scene: str = "SEED_SCENE", rig: str = ""):
         self._at: dict[str, list] = {}
         for module in modules:
-            values = case["effects"][module.EFFECT["name"]]
-            amount, quantity = next(iter(parameters(module, rig).items()))
-            if values[amount] != quantity["absent"]:
+            if present(module, case, rig):
+                values = case["effects"][module.EFFECT["name"]]
                 for place, act in getattr(module, scene, {}).items():
-                    self._at.setdefault(place, []).append((act, values))
+                    if place != READING:
+                        self._at.setdefault(place, []).append((act, values))
 
     def __contains__(self, place: str) -> bool:
         return place in self._at

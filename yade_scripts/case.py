@@ -121,12 +121,16 @@ def check(case: dict, rig: dict) -> None:
 
 def run(case: dict, module) -> dict:
     """One case, as a row with its observables and its status: `ok` or the reason there is none."""
+    from yade_scripts import acting  # not at the top, which also runs before the package can be found
+
     rig = module.RIG
     try:
         check(case, rig)
         observed = module.simulate(case)
         if set(observed) != set(rig["observables"]):
             raise ValueError(f"simulate returned {sorted(observed)}, expected {sorted(rig['observables'])}")
+        in_order = {name: observed[name] for name in rig["observables"]}
+        observed = acting.read_of(getattr(module, "EFFECTS", ()), case, in_order, rig["name"])
         bad = [name for name, value in observed.items() if value is not None and not math.isfinite(value)]
         status = f"not a number: {', '.join(bad)}" if bad else "ok"
     except Failed as failure:

@@ -81,4 +81,4 @@ def simulate(case: dict) -> dict:
             raise Failed(f"still moving {LONGEST:g} s after the release")
     if not np.isfinite(state.pos[0]) or state.pos[2] < 0:
         raise Failed("the seed went through the plate")
-    return {"roll_distance_mm": effects.at("reading", max(0.0, 1e3 * state.pos[0]))}
+    return {"roll_distance_mm": max(0.0, 1e3 * state.pos[0])}

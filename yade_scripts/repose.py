@@ -218,10 +218,17 @@ def build(case: dict) -> tuple[PowderScene, float]:
         given["cohesive_frictional_damping"],
         given["adhesion_load"],
         softer,
-        effects.at("drag", 0.0),
+        air(effects),
         draw,
     )
     return scene, bond_number(energy, radius, density)
+
+
+def air(effects: Effects):
+    """(diameters, speeds) of grains to what the air does to them (`PowderScene`); None where it does nothing."""
+    if "drag" not in effects:
+        return None
+    return lambda diameter, speed: effects.at("drag", 0.0, diameter, speed)
 
 
 def keep_grains(case: dict, centres: np.ndarray, grains: np.ndarray) -> None:

@@ -42,9 +42,10 @@ class Surfaces:
         readings = []
         for name, of_effect in request.effects.items():
             values = {k: np.broadcast_to(np.asarray(v)[:, 0], (m,)) for k, v in of_effect.items()}
-            reading = self.plan.catalogue.effects[name].reading
-            if reading is not None:  # it acts on what is read, after all others
-                readings.append((reading, {k: v[:, None] for k, v in values.items()}))
+            effect, observables = self.plan.catalogue.effects[name], self.plan.rigs[request.rig].observables
+            if effect.reading is not None:  # it acts on what is read, after all others
+                if effect.reads_it(request.observable, observables):
+                    readings.append((effect.reading, {k: v[:, None] for k, v in values.items()}))
             else:
                 self._apply(name, values, sites, x, mean, relative)
         variance = relative * mean**2

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from pellet_study.errors import InputError
 from pellet_study.rigs.scripts import fingerprint
+from yade_scripts import acting
 from yade_scripts import case as case_file
 
 WORD = re.compile(r"[A-Za-z_]\w*")  # so that no table takes it for a number
@@ -60,8 +61,8 @@ class Effect:
 
     `parameters` maps names to {absent or default, min, max, physical, unit, meaning}, `parameters_in` a rig to those
     that stand in their place there; `sides` is 1 where the amount has one sign, 2 where it may have either; `rigs` maps
-    a rig to where the effect shows in it. `reading` is what an effect on nothing but the reading makes of it; `file` is
-    that of an effect of the user's own, None where it comes with the package; `scenes` holds its SEED_SCENE and
+    a rig to where the effect shows in it. `reading` is what an effect on nothing but readings makes of one, `reads` the
+    observables it acts on (None: a rig's first); `file` is that of an effect of the user's own, None where it comes with the package; `scenes` holds its SEED_SCENE and
     POWDER_SCENE, where it has them; `owns` names parameters of rigs that mean nothing without it; `not_with` maps a rig to
     the contact laws that cannot have the effect, and why.
     """
@@ -78,6 +79,7 @@ class Effect:
     closed_form: Mapping[str, Callable] = field(default_factory=dict)
     order: int = 1
     reading: Callable | None = None
+    reads: tuple[str, ...] | None = None
     file: Path | None = None
     scenes: Mapping[str, Mapping] = field(default_factory=dict)
     owns: tuple[str, ...] = ()
@@ -87,6 +89,11 @@ class Effect:
     def amount(self) -> str:
         """The parameter whose `absent` value means that the effect is not there."""
         return next(iter(self.parameters))
+
+    def reads_it(self, observable: str, observables: Iterable[str]) -> bool:
+        """Whether an effect on nothing but readings acts on one of a rig's observables, as in the simulations."""
+        given = {} if self.reads is None else {"reads": self.reads}
+        return acting.reads(given, observable, observables)
 
     def neutral(self) -> dict[str, float]:
         """Values that mean absent."""
@@ -337,6 +344,7 @@ def effect_from(module: ModuleType, where: Path, file: Path | None = None) -> Ef
         closed_form=getattr(module, "CLOSED_FORM", {}),
         order=getattr(module, "ORDER", 1),
         reading=seed["reading"] if set(seed) == {"reading"} else None,
+        reads=tuple(declared["reads"]) if "reads" in declared else None,
         file=file,
         scenes=scenes,
         owns=tuple(declared.get("owns", ())),

@@ -123,6 +123,23 @@ def test_an_effect_acts_on_its_contact_constants_and_on_no_other(constants, effe
         assert found[name] == pytest.approx(value, abs=1e-9), name
 
 
+@pytest.mark.parametrize("law", LAWS)
+def test_air_slows_every_grain_by_the_law_of_a_sphere(store, law):
+    """Schiller & Naumann at 1 m/s for grains of one size, twice over; none without the effect."""
+    air = rig_in(HELPERS / "powder_rigs" / "powder_air.py")
+    same = {"size_spread": 0.0}
+    energy = {"powder_surface_energy": 0.0} if law == laws.HERTZ_MINDLIN else {}
+    factors = ({"air_drag": {"drag_factor": 2.0}}, {})
+    rows = run(store, [small(air, law, numerics=same, effects=e, **energy) for e in factors], {air.name: air})
+    assert set(rows["status"]) == {"ok"}, rows["status"].to_string()
+    diameter = 6 * 431.3e-6
+    reynolds = 1.2 * diameter / 1.81e-5
+    expected = 2.0 * 0.75 * 1.2 / (1833.0 * diameter) * 24 / reynolds * (1 + 0.15 * reynolds**0.687)
+    expected *= 1.3 if law == laws.LOCAL_DAMPING else 1.0  # it strengthens what slows by its damping, 0.3
+    for observable in air.observables:
+        assert rows[observable].tolist() == pytest.approx([expected, 0.0], rel=2e-3, abs=1e-9)
+
+
 FRICTIONAL = {  # a base without the effects' own physics
     "powder_rolling_friction": 0.0,
     "powder_steel_rolling_friction": 0.3,

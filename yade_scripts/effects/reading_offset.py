@@ -2,7 +2,7 @@
 
 EFFECT = {
     "name": "reading_offset",
-    "means": "the instrument's zero is off: every reading is shifted by the same amount",
+    "means": "the zero of the instrument is off: its readings are all shifted by the same amount",
     "formula": "reading = value + offset",
     "parameters": {
         "offset": {
@@ -10,6 +10,7 @@ EFFECT = {
             "meaning": "added to the reading (height, angle, distance), in its unit",
         },
     },
+    "reads": ("rebound_height_mm", "slip_angle_deg", "roll_distance_mm"),  # a ratio of speeds has no zero of its own
     "sides": 2,
     "rigs": {
         "rebound": "low rebounds are off by the larger share",
