@@ -8,12 +8,15 @@ from pellet_study.criticism.calibration import CalibratedStudy, surface_error
 from pellet_study.criticism.compare import HELD_OUT_FAILS, Comparison
 from pellet_study.criticism.diagnose import Diagnosis
 from pellet_study.criticism.facts import misfit
-from pellet_study.criticism.fit_facts import drift_words, row_words
+from pellet_study.criticism.fit_facts import drift_words, row_words, time_drift_words
 from pellet_study.criticism.grades import RULE
+from pellet_study.criticism.near_misses import Drifting
 from pellet_study.criticism.next_measurement import NextMeasurement
 from pellet_study.criticism.outcomes import Outcome
 from pellet_study.criticism.refine import Refinement
 from pellet_study.criticism.residuals import RowResidual
+from pellet_study.criticism.time_drift import TimeDrift
+from pellet_study.output.words import number
 
 SURFACE_FAILS = 0.005  # p of the direct simulations below which the surfaces are doubted; chance does so once in 200
 
@@ -43,6 +46,7 @@ def comparison(compared: Comparison) -> dict:
         "holdout_contradicts": compared.holdout_contradicts,
         "holdout_limit_p": HELD_OUT_FAILS,
         "where": [{**asdict(d), "words": drift_words(d)} for d in compared.drifts],
+        "time_drift": [time_drift(one, compared) for one in compared.time_drifts],
         "needed_setup_percent": compared.needed_setup_percent,
         "units": compared.units,
         "rows": [row_of(r, compared.units) for r in compared.rows],
@@ -57,6 +61,15 @@ def comparison(compared: Comparison) -> dict:
             for row in compared.left_out
         ],
         "warnings": list(compared.warnings),
+    }
+
+
+def time_drift(found: TimeDrift, compared: Comparison) -> dict:
+    """How readings go with their order."""
+    return {
+        **asdict(found),
+        "along": list(found.along),
+        "words": time_drift_words(found, compared.units.get(found.observable, "")),
     }
 
 
@@ -88,6 +101,7 @@ def row_of(r: RowResidual, units: Mapping[str, str]) -> dict:
         "n": row.n,
         "setup": row.setup,
         "setup_sd": row.setup_sd,
+        "order": row.order,
         "parameters": dict(row.parameters),
         "uncertainty": r.uncertainty,
         "units": {name: units[name] for name in (row.observable, *row.conditions) if name in units},
@@ -195,12 +209,34 @@ def diagnosis(diagnosed: Diagnosis) -> dict:
         "fitted_too": None if too is None else {**asdict(too), "effects": tied(too.effects)},
         "undone": None if undone is None else {**asdict(undone), "effects": tied(undone.effects)},
         "undone_tested": diagnosed.undone_tested,
+        "by_time": [time_drift(one, compared) for one in diagnosed.by_time],
+        "unordered": diagnosed.unordered,
+        "drifting": [
+            {
+                **asdict(one),
+                "amounts": [list(item) for item in one.amounts.items()],
+                "words": drifting_words(one, compared),
+            }
+            for one in diagnosed.drifting
+        ],
         "next_measurement": proposal(diagnosed.next_measurement, compared.units),
         "alike_but_implausible": list(diagnosed.alike_but_implausible),
         "gate_p": diagnosed.gate_p,
         "gate_limit_p": diagnosed.gate,
         "warnings": list(dict.fromkeys(diagnosed.warnings)),
     }
+
+
+def drifting_words(found: Drifting, compared: Comparison) -> str:
+    """`air_drag only with a drag_factor that falls with drop_height_mm (rebound), from 1.2 at 20 to 0.7 at 450`."""
+    (low, first), (high, last) = found.amounts.items()
+    unit = compared.units.get(f"{found.effect}.{found.parameter}", "1")
+    said = "" if unit in ("1", "") else f" {unit}"
+    return (
+        f"{found.effect} only with a {found.parameter} that would have to {found.way} with {found.condition} ({found.rig}), from "
+        f"{number(first, 3)} at {number(low)} to {number(last, 3)}{said} at {number(high)}: the right kind of effect by another "
+        "law, or a look-alike"
+    )
 
 
 def units_of(compared: Comparison, effect: str) -> dict[str, str]:
@@ -220,6 +256,9 @@ def refinement(refined: Refinement) -> dict:
         "holdout_limit_p",
         "fitted_too",
         "undone",
+        "drifting",
+        "by_time",
+        "unordered",
     )
     return {
         "verdict": refined.verdict,

@@ -1,7 +1,7 @@
 """Constancy: does a calibrated constant drift with a condition, or differ between rigs? Score tests, the worst first."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import NamedTuple
 
 import numpy as np
@@ -67,6 +67,16 @@ def constancy_tests(
         for label, v in zip(kept, z, strict=True)
     ]
     return tuple(sorted(drifts, key=lambda d: -abs(d.z)))
+
+
+def freed(fitted: Fit, direction: np.ndarray) -> tuple[Fit, float]:
+    """A fit with one whitened direction freed besides its own, to first order, and how far along it the data are."""
+    seen = visible(direction[None], absorbed_basis(fitted.jacobian))[0]
+    square = float(seen @ seen)
+    slope = float(seen @ fitted.residual) / square if square > 0 else 0.0
+    residual = fitted.residual - slope * seen
+    jacobian = np.column_stack([fitted.jacobian, direction])
+    return replace(fitted, residual=residual, chi2=float(residual @ residual), jacobian=jacobian), slope
 
 
 class Direction(NamedTuple):

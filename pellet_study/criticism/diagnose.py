@@ -7,7 +7,8 @@
 3. Refit of every candidate within its physical range; ranking by chi2; a candidate explains where neither lack of fit
    nor a drifting constant is left, and where its own fitted size is one number over all sizes, conditions and rigs.
    All that explain and lie within TIE of the best are tied, or as much farther off as the scatter of their own
-   simulations may have put them; pairs are looked at where no single effect explains.
+   simulations may have put them; pairs are looked at where no single effect explains, and then single effects whose
+   amount drifts (`near_misses`).
 4. The next measurement, which would separate the rivals (`next_measurement`).
 """
 
@@ -17,18 +18,21 @@ from functools import cached_property
 
 import numpy as np
 
-from pellet_study.criticism.calibration import CalibratedStudy, fit_study
+from pellet_study.criticism.calibration import CalibratedStudy, fit_study, reduced_chi2
 from pellet_study.criticism.compare import Comparison, compare
-from pellet_study.criticism.explanations import TIE, explanations
+from pellet_study.criticism.constancy import freed
+from pellet_study.criticism.explanations import DOUBTFUL, TIE, explanations
 from pellet_study.criticism.lack_of_fit import absorbed_basis
 from pellet_study.criticism.least_squares import ROUNDS, Fit
+from pellet_study.criticism.near_misses import Drifting, near_misses
 from pellet_study.criticism.next_measurement import NextMeasurement, next_measurement
 from pellet_study.criticism.outcomes import Outcome, nearest_miss, outcome_of
 from pellet_study.criticism.possible import FEW_LEVELS
 from pellet_study.criticism.ranking import Scores, Suspect, ranking_of, unjudged, unsimulated
-from pellet_study.criticism.rivals import Rival, judge, refits
+from pellet_study.criticism.rivals import Rival, failing_rigs, judge, objection_to, refits
 from pellet_study.criticism.score_tests import VISIBLE, exceedance, largest_null, standardised
 from pellet_study.criticism.signatures import Signature, signatures
+from pellet_study.criticism.time_drift import TimeDrift, direction_of, unordered
 from pellet_study.criticism.verdicts import FittedToo, Note, Undone, Verdict
 from pellet_study.output.words import probability
 from pellet_study.study.study import Study
@@ -44,7 +48,9 @@ class Diagnosis:
 
     `gate_p` is that of the largest score of all candidates, `gate` the p below which one is needed. `outcomes` say
     what each explanation would do to the error, `miss` what comes nearest where nothing explains; `undone` and `fitted_too`
-    what would change the verdict, as far as it was looked for (`robustness`).
+    what would change the verdict, as far as it was looked for (`robustness`). `drifting` says of each effect named how its
+    amount drifts, where that is what it takes to explain the data; empty where one amount does. `by_time` are drifts of
+    readings with time that explain it as well, `unordered` says that no row tells when it was taken.
     """
 
     verdict: Verdict
@@ -62,6 +68,9 @@ class Diagnosis:
     undone: Undone | None = None
     undone_tested: bool = False
     fitted_too: FittedToo | None = None
+    drifting: tuple[Drifting, ...] = ()
+    by_time: tuple[TimeDrift, ...] = ()
+    unordered: bool = False
 
     @property
     def named(self) -> tuple[tuple[str, ...], ...]:
@@ -162,10 +171,14 @@ def diagnose(
     ranking += tuple(unjudged(state, name, [], Note.NOT_SIMULATED) for name in prepared.lost)
     chosen: list[Rival] = []
     pairs: list[Rival] = []
+    drifting: tuple[Drifting, ...] = ()
     if gated.open:
         plausible = {s.effect for s in ranking if not s.note}
         singles_in_range = [r for r in rivals if set(r.effects) <= plausible]
         chosen, pairs = explanations(state, singles_in_range, prepared.shown, gated.raw, plausible)
+        if not chosen:
+            chosen, drifting = near_misses(state, singles_in_range, prepared.shown, plausible)
+    by_time = time_alike(state, prepared, chosen) if needed else ()
     named = {r.effects for r in chosen}
     rest = sorted((r for r in rivals if r.effects not in named), key=lambda r: r.fit.chi2)
     proposal = None
@@ -173,7 +186,7 @@ def diagnose(
         pool = chosen if len(chosen) > 1 else [*chosen, *_runner_up(rest, beyond)]
         proposal = next_measurement(state, {r.effects: r.fit for r in pool})
     unended = unended_fits(state, chosen, needed)
-    verdict = verdict_of(needed, chosen, unended)
+    verdict = verdict_of(needed, chosen, unended, by_time)
     miss = None
     if propose and verdict == Verdict.UNEXPLAINED:
         miss = nearest_miss(state, [*rivals, *pairs], beyond, gated.closed_words(gate))
@@ -194,7 +207,24 @@ def diagnose(
         outcomes=tuple(outcome_of(state, rival) for rival in chosen) if propose else (),
         miss=miss,
         gate=gate,
+        drifting=drifting,
+        by_time=by_time,
+        unordered=unordered(study),
     )
+
+
+def time_alike(state: CalibratedStudy, prepared: Prepared, chosen: Sequence[Rival]) -> tuple[TimeDrift, ...]:
+    """Drifts of readings with time that explain the data as well as what is chosen, or where nothing does at all."""
+    best = min((rival.fit.chi2 for rival in chosen), default=np.inf)
+    found = []
+    for drift in prepared.comparison.time_drifts:
+        if drift.p >= DOUBTFUL:
+            continue
+        fitted, _ = freed(state.fit, direction_of(state, drift))
+        alike = fitted.chi2 < best + TIE * reduced_chi2(state, fitted)
+        if alike and not objection_to(state, fitted, (), failing_rigs(state), prepared.shown):
+            found.append(drift)
+    return tuple(found)
 
 
 def prepare(study: Study, state: CalibratedStudy, comparison: Comparison) -> Prepared:
@@ -261,11 +291,13 @@ def unended_fits(state: CalibratedStudy, chosen: Sequence[Rival], needed: bool) 
     return present + [" + ".join(rival.effects) for rival in chosen if not rival.fit.settled]
 
 
-def verdict_of(needed: bool, chosen: Sequence[Rival], unended: Sequence[str] = ()) -> Verdict:
-    """By what explains the data, whether anything has to, and whether the fits behind it ended."""
+def verdict_of(
+    needed: bool, chosen: Sequence[Rival], unended: Sequence[str] = (), by_time: Sequence[TimeDrift] = ()
+) -> Verdict:
+    """By what explains the data, a drift with time too, whether anything has to, and whether the fits behind it ended."""
     if unended:
         return Verdict.UNDECIDED
-    if len(chosen) == 1:
+    if len(chosen) == 1 and not by_time:
         return Verdict.MISSING
     if chosen:
         return Verdict.TIED

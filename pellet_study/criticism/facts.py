@@ -230,6 +230,23 @@ def undone_words(diagnosis: dict) -> str:
     )
 
 
+def time_words(diagnosis: dict) -> str:
+    """What a drift of the instrument with time would explain, or that no row tells when it was taken; empty where neither."""
+    drifts = diagnosis.get("by_time") or []
+    if drifts:
+        names = " and ".join(f"{one['observable']} ({one['rig']})" for one in drifts)
+        return (
+            f"a drift of {names} with time explains it as well; randomise the order of the readings, and take them again in "
+            "another order"
+        )
+    if diagnosis.get("unordered") and diagnosis["verdict"] in (Verdict.MISSING, Verdict.TIED):
+        return (
+            "no row has an `order`: a drift of the instrument with time would look like an effect of what was changed meanwhile; "
+            "randomise the order of the readings and note it (1, 2, ...)"
+        )
+    return ""
+
+
 def fitted_too_words(diagnosis: dict) -> str:
     """Which held-out rows, fitted too, would let an effect be named; empty where none would."""
     found = diagnosis.get("fitted_too")

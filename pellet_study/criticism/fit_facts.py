@@ -12,6 +12,7 @@ from pellet_study.criticism.constancy import Drift
 from pellet_study.criticism.facts import misfit, varying
 from pellet_study.criticism.grades import DOUBTFUL
 from pellet_study.criticism.intervals import IDENTIFIED
+from pellet_study.criticism.time_drift import TimeDrift
 from pellet_study.criticism.verdicts import Grade
 from pellet_study.output.words import number, probability
 
@@ -47,6 +48,19 @@ def drift_words(drift: Drift) -> str:
             f"{drift.shape} ({drift.rig})"
         )
     return f"{what}, z = {drift.z:.1f}, p {probability(drift.p)}"
+
+
+def time_drift_words(drift: TimeDrift, unit: str) -> str:
+    """`slip_angle_deg (slope_slip) rises with the order of its readings, by 2.1 +- 0.4 deg from the first to the last, z = ...`."""
+    said = "" if unit in ("1", "") else f" {unit}"
+    words = (
+        f"{drift.observable} ({drift.rig}) {'rises' if drift.z > 0 else 'falls'} with the order of its readings, by "
+        f"{number(abs(drift.change), 3)} +- {number(drift.error, 2)}{said} from the first to the last, z = {drift.z:.1f}, "
+        f"p {probability(drift.p)}"
+    )
+    if drift.along:
+        words += f"; they were taken in the order of {' and '.join(drift.along)}, so that nothing tells time from it"
+    return words
 
 
 def grade(comparison: dict) -> Grade | None:
@@ -109,6 +123,7 @@ def held_out_words(comparison: dict) -> str:
 def failures(comparison: dict) -> list[str]:
     """Where a model fails: every constant that drifts, every rig that lacks fit, and the worst row where it is far off."""
     found = [drift["words"] for drift in comparison["where"] if drift["p"] < DOUBTFUL]
+    found += [drift["words"] for drift in comparison.get("time_drift") or [] if drift["p"] < DOUBTFUL]
     by_rig = comparison.get("rig_lack_of_fit_p") or {}
     if len(by_rig) > 1:
         found += [

@@ -1,7 +1,8 @@
 """How well a model fits, in graded words: fits, doubtful, does not fit, each with the p value and the rule behind it.
 
 A model does not fit where one test is below its own limit: lack of fit over all rigs, lack of fit of one rig (the limit
-shared among the rigs), drift of a constant over a condition (p over all drifts together). It is doubtful where one of them
+shared among the rigs), drift of a constant over a condition, or of the readings with
+their order (p over all drifts together). It is doubtful where one of them
 is below `DOUBTFUL`, shared likewise.
 """
 
@@ -10,6 +11,7 @@ from dataclasses import dataclass
 
 from pellet_study.criticism.constancy import DRIFT, Drift
 from pellet_study.criticism.lack_of_fit import LACK_IN_A_RIG
+from pellet_study.criticism.time_drift import TimeDrift
 from pellet_study.criticism.verdicts import Grade
 
 # p over all rigs together below which a model fails; the gate of `diagnose` has most of the 5 % of alarms that nothing
@@ -40,8 +42,10 @@ class Judgement:
     by: FitTest | None
 
 
-def tests_of(lack: float | None, by_rig: Mapping[str, float], drifts: Sequence[Drift]) -> list[FitTest]:
-    """The tests of a model: lack of fit over all, of every rig, and the worst drift."""
+def tests_of(
+    lack: float | None, by_rig: Mapping[str, float], drifts: Sequence[Drift], over_time: Sequence[TimeDrift] = ()
+) -> list[FitTest]:
+    """The tests of a model: lack of fit over all, of every rig, the worst drift, and the worst with time."""
     found = [] if lack is None else [FitTest("lack of fit", lack, LACK_OF_FIT, DOUBTFUL)]
     share = max(len(by_rig), 1)
     for rig, p in by_rig.items():
@@ -50,6 +54,9 @@ def tests_of(lack: float | None, by_rig: Mapping[str, float], drifts: Sequence[D
     if drifts:
         worst = drifts[0]
         found.append(FitTest(f"drift of {worst.parameter} with {worst.condition}", worst.p, DRIFT, DOUBTFUL))
+    if over_time:
+        worst_of = over_time[0]
+        found.append(FitTest(f"drift of {worst_of.observable} with time", worst_of.p, DRIFT, DOUBTFUL))
     return found
 
 

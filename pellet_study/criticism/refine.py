@@ -3,7 +3,7 @@
 Forward by whole explanations (a single effect, else a pair), each followed by a backward check and by swaps, in which a
 rival of the same rigs takes the place of an effect added earlier; at most three effects.
 Nothing is added because it merely lowers chi2: an explanation must leave neither lack of fit nor a drifting constant,
-and no rival may explain as well.
+and no rival may explain as well. A near miss, whose amount drifts, is named and not added.
 """
 
 from collections.abc import Mapping
@@ -125,6 +125,7 @@ def refine(
     while (
         len(steps.added) < most
         and diagnoses[-1].verdict == Verdict.MISSING
+        and not diagnoses[-1].drifting
         and len(steps.added) + len(diagnoses[-1].missing) <= most
     ):
         steps.add(diagnoses[-1])

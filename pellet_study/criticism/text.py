@@ -197,7 +197,7 @@ def answer_lines(study: Study, diagnosed: Diagnosis) -> list[str]:
         Verdict.UNDECIDED: "a fit on which the answer rests did not end (see the notes)",
         Verdict.UNEXPLAINED: "the model fails, and no candidate of a plausible size repairs it",
         Verdict.MISSING: f"{finding.names}{held_out_too(answer)}",
-        Verdict.TIED: f"{finding.names} explain it alike{held_out_too(answer)}",
+        Verdict.TIED: f"{finding.names}{time_too(answer)} explain it alike{held_out_too(answer)}",
     }
     lines = [f"ANSWER {finding.verdict}: {words[Verdict(finding.verdict)]}"]
     lines += [f"       {line}" for line in beside_the_verdict(answer)]
@@ -214,6 +214,11 @@ def answer_lines(study: Study, diagnosed: Diagnosis) -> list[str]:
     if proposal is not None:
         lines += ["", f"NEXT   {next_words(proposal)}"]
     return lines
+
+
+def time_too(answer: dict) -> str:
+    """That a drift with time stands beside the effects of a tie."""
+    return "".join(f" and a drift of {one['observable']} with time" for one in answer["by_time"])
 
 
 def held_out_too(answer: dict) -> str:
@@ -234,7 +239,9 @@ def held_out_too(answer: dict) -> str:
 
 def beside_the_verdict(answer: dict) -> list[str]:
     """What stands beside a verdict: the nearest miss, what each explanation does to the error, what would change it."""
-    lines = [facts.fitted_too_words(answer), facts.undone_words(answer)]
+    lines = [one["words"] for one in answer["drifting"]]
+    lines += ["its amount is no constant, so that `refine` does not add it; `add` does"] if lines else []
+    lines += [facts.time_words(answer), facts.fitted_too_words(answer), facts.undone_words(answer)]
     miss = answer["nearest_miss"]
     if miss is not None:
         lines.append(f"nearest: {facts.miss_words(answer)}")

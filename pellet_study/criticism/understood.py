@@ -7,11 +7,10 @@ on YADE that takes simulations, and what the candidate shows in is said instead.
 from collections.abc import Sequence
 from typing import Any
 
-from scipy import stats
-
 from pellet_study.criticism.calibration import fit_study
 from pellet_study.criticism.diagnose import diagnose
 from pellet_study.criticism.residuals import reading_sd
+from pellet_study.criticism.time_drift import ALONG, correlations
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import fold
 from pellet_study.output.words import number
@@ -19,7 +18,6 @@ from pellet_study.study.measurements import Measurement
 from pellet_study.study.ranges import limits, usual
 from pellet_study.study.study import Study
 
-ALONG = 0.8  # rank correlation of the order of readings with a condition, from which a drift would look like its effect
 MOST_LEVELS = 12  # of a condition that are spelt out
 
 
@@ -173,24 +171,19 @@ def _advice(study: Study) -> list[str]:
         lines = ", ".join(str(row.line) for row in study.rows if row.order is None)
         advice.append(f"column `order` is blank in line {lines}")
     for rig in study.rigs:
-        advice += _along(rig, [row for row in ordered if row.rig == rig])
+        rows = [row for row in ordered if row.rig == rig]
+        advice += _along(rig, rows) if rows else []
     return advice
 
 
 def _along(rig: str, rows: Sequence[Measurement]) -> list[str]:
     """Conditions that were changed in the order of the readings."""
-    said = []
-    for condition in rows[0].conditions if len(rows) > 3 else ():
-        values = [row.conditions[condition] for row in rows]
-        if len(set(values)) == 1 or any(isinstance(value, str) for value in values):
-            continue
-        rho = float(stats.spearmanr([row.order for row in rows], values).statistic)
-        if abs(rho) >= ALONG:
-            said.append(
-                f"{rig} was read in the order of {condition} (rank correlation {rho:.2f}): a drift with time would look like an "
-                "effect of it; randomise the order"
-            )
-    return said
+    return [
+        f"{rig} was read in the order of {condition} (rank correlation {rho:.2f}): a drift with time would look like an "
+        "effect of it; randomise the order"
+        for condition, rho in correlations(rows).items()
+        if abs(rho) >= ALONG
+    ]
 
 
 def understood_page(answer: dict[str, Any]) -> str:

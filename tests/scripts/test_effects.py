@@ -219,7 +219,10 @@ def test_the_reading_offset_is_added(rig, read):
 
 def test_the_reading_offset_moves_no_ratio_of_speeds(read):
     tilted = {"plate_tilt_deg": 5.0}
-    shifted, plainly = read(plain("rebound", amount("reading_offset", 1.5), **tilted)), read(plain("rebound", {}, **tilted))
+    shifted, plainly = (
+        read(plain("rebound", amount("reading_offset", 1.5), **tilted)),
+        read(plain("rebound", {}, **tilted)),
+    )
     assert shifted["rebound_height_mm"] == pytest.approx(plainly["rebound_height_mm"] + 1.5, abs=1e-9)
     assert shifted["tangential_restitution"] == plainly["tangential_restitution"] > 0
 

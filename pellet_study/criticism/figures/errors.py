@@ -14,6 +14,7 @@ if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
 
+ORDER = "order"
 FITTED, HELD_OUT = "fitted rows", "held-out rows"
 
 
@@ -104,16 +105,27 @@ def _name_models(
 
 
 def _panels(rows: Sequence[dict]) -> list[tuple[str, str | None]]:
-    """Rig and condition of every panel; a rig whose conditions never change has one panel, its rows in order."""
+    """Rig and condition of every panel; a rig whose conditions never change has one panel, its rows in order.
+
+    Where all rows of a rig say when they were taken, their order has a panel too.
+    """
     panels: list[tuple[str, str | None]] = []
     for rig, names in varying(rows).items():
-        panels += [(rig, name) for name in names] or [(rig, None)]
+        ordered = all(row.get("order") is not None for row in rows if row["rig"] == rig)
+        panels += [(rig, name) for name in [*names, *([ORDER] if ordered else [])]] or [(rig, None)]
     return panels
+
+
+def _places(rows: Sequence[dict], condition: str | None) -> list:
+    """Where rows of a rig stand along a condition."""
+    if condition == ORDER:
+        return [row[ORDER] for row in rows]
+    return [m if condition is None else row["conditions"][condition] for m, row in enumerate(rows, start=1)]
 
 
 @styled
 def residuals(steps: Sequence[dict], effects: Sequence[str] = (), ax: "Axes | None" = None) -> "Figure":
-    """Residual over its uncertainty against every condition: the first model, and the last where there are several.
+    """Residual over its uncertainty against every condition, and the order of the readings: the first model, and the last where there are several.
 
     The band is two standard uncertainties of a row; without any known uncertainty the residual itself is shown.
     """
@@ -130,7 +142,7 @@ def residuals(steps: Sequence[dict], effects: Sequence[str] = (), ax: "Axes | No
         for k, step in enumerate(shown):
             colour = look.look_of(step["effects"], effects).colour
             in_rig = [r for r in step["rows"] if r["rig"] == rig]
-            place = [m if condition is None else r["conditions"][condition] for m, r in enumerate(in_rig, start=1)]
+            place = _places(in_rig, condition)
             if isinstance(place[0], str):
                 words = sorted({r["conditions"][condition] for r in shown[0]["rows"] if r["rig"] == rig})
                 axes.set_xticks(range(len(words)), words)
@@ -146,7 +158,8 @@ def residuals(steps: Sequence[dict], effects: Sequence[str] = (), ax: "Axes | No
                         marker="so"[k], facecolors=face, edgecolors=colour, s=20, linewidths=0.9, zorder=3 + k,
                     )  # fmt: skip
         axes.set_title(look.folded(rig, look.letters_in(inches)))
-        name = "row of this rig (-)" if condition is None else look.told_label(shown[0], condition)
+        own = {None: "row of this rig (-)", ORDER: "order of the reading (-)"}
+        name = own[condition] if condition in own else look.told_label(shown[0], condition)
         axes.set_xlabel(look.folded(name, look.letters_in(inches)))
         axes.set_ylabel("residual / uncertainty (-)" if known else f"residual ({_unit(shown[0]['rows'], rig)})")
     look.legend_below(figure, drawn.values(), drawn.keys(), ax=ax)

@@ -15,7 +15,7 @@ SPEED = 1.0  # m/s
 
 def simulate(case: dict) -> dict:
     """All grains get one sideways speed; two steps later, without contacts, what has it become?"""
-    from yade import O, InteractionLoop
+    from yade import InteractionLoop, O
 
     scene, _ = repose.build(case)
     for engine in O.engines:

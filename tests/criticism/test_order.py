@@ -1,0 +1,90 @@
+"""When readings were taken: a drift of the instrument with time is tested, told from an effect, or said to be one with it."""
+
+import numpy as np
+import pytest
+
+from tests.helpers.make_study import HEIGHTS_MM, command, folder, slip_angle_deg
+
+IN_TURN = np.arange(1, 19)  # the thinnest layers first, three readings each
+AT_RANDOM = np.random.default_rng(5).permutation(IN_TURN)
+PER_READING = -0.3  # deg, of a drift
+
+
+def study(path, order, drift: float, cohesion: float = 0.0, column: bool = True, candidates: str = ""):
+    rng = np.random.default_rng(3)
+    lines = ["rig,observable,value,layer_height_mm" + (",order" if column else "")]
+    for k, height in enumerate(np.repeat(HEIGHTS_MM, 3)):
+        value = slip_angle_deg(height, 0.6, cohesion) + drift * order[k] + 0.3 * rng.standard_normal()
+        lines.append(f"layer_on_incline,slip_angle_deg,{value:.3f},{height:g}" + (f",{order[k]}" if column else ""))
+    made = folder(path, lines)
+    if candidates:
+        file = made / "study.toml"
+        file.write_text(f"candidates = {candidates}\n{file.read_text()}")
+    return made
+
+
+def refined(path, capsys):
+    status, answer = command("refine", path, json_file=path.parent / "answer.json")
+    assert status == 0
+    return answer, " ".join(capsys.readouterr().out.split())
+
+
+def test_a_drift_in_the_order_of_the_heights_is_not_taken_for_an_effect(tmp_path, capsys):
+    """-0.3 deg a reading over heights in a geometric row is all but a power of the stress."""
+    answer, said = refined(study(tmp_path / "s", IN_TURN, PER_READING), capsys)
+    assert answer["verdict"] == "tied" and answer["added"] == [] and "stress_dependent_friction" in answer["tied"]
+    [drift] = answer["by_time"]
+    assert drift["along"] == ["layer_height_mm"]
+    assert "a drift of slip_angle_deg with time explain it alike" in said and "randomise the order" in said
+    assert "so that nothing tells time from it" in said
+
+
+def test_a_drift_in_random_order_is_seen_as_one(tmp_path, capsys):
+    answer, said = refined(study(tmp_path / "s", AT_RANDOM, PER_READING), capsys)
+    assert answer["verdict"] == "unexplained" and answer["added"] == []
+    [drift] = answer["steps"][0]["time_drift"]
+    assert drift["p"] < 0.001 and drift["along"] == []
+    assert drift["change"] == pytest.approx(17 * PER_READING, abs=3 * drift["error"]) and drift["error"] < 0.8
+    assert "slip_angle_deg (layer_on_incline) falls with the order of its readings" in said
+    assert [one["observable"] for one in answer["by_time"]] == ["slip_angle_deg"]
+
+
+def test_readings_that_do_not_drift_are_not_said_to(tmp_path, capsys):
+    answer, said = refined(study(tmp_path / "s", AT_RANDOM, 0.0, cohesion=40.0), capsys)
+    assert answer["added"] == ["cohesion"] and answer["verdict"] == "adequate"
+    assert answer["steps"][-1]["time_drift"][0]["p"] > 0.05 and answer["by_time"] == []
+    assert "randomise" not in said
+
+
+def test_chance_finds_a_drift_as_often_as_it_may(tmp_path):
+    """Two hundred sets without a drift: p below .05 in about ten of them."""
+    from dataclasses import replace
+
+    from pellet_study.criticism.compare import compare
+    from pellet_study.study.load import load
+
+    rows, found = load(study(tmp_path / "s", AT_RANDOM, 0.0)), []
+    rng = np.random.default_rng(8)
+    for _ in range(200):
+        noisy = [
+            replace(r, value=slip_angle_deg(r.conditions["layer_height_mm"], 0.6, 0.0) + 0.3 * rng.standard_normal())
+            for r in rows.rows
+        ]
+        found.append(compare(replace(rows, rows=tuple(noisy))).time_drifts[0].p)
+    assert 2 <= sum(p < 0.05 for p in found) <= 19
+
+
+@pytest.mark.parametrize("name", ["diagnose", "refine"])
+def test_without_an_order_the_answer_says_to_randomise_it(tmp_path, capsys, name):
+    assert command(name, study(tmp_path / "s", AT_RANDOM, 0.0, cohesion=40.0, column=False))[0] == 0
+    assert "no row has an `order`" in " ".join(capsys.readouterr().out.split())
+
+
+def test_residuals_are_drawn_against_the_order(tmp_path):
+    import pellet_study as ps
+
+    figure = ps.draw(ps.compare(ps.load_study(study(tmp_path / "s", AT_RANDOM, PER_READING))), "residuals")
+    labels = [axes.get_xlabel() for axes in figure.axes]
+    assert "order of the reading (-)" in labels
+    places = figure.axes[labels.index("order of the reading (-)")].collections[-1].get_offsets()
+    assert sorted(places[:, 0]) == sorted(map(float, AT_RANDOM))
