@@ -164,11 +164,16 @@ def drop(study: Study, effect: str, *, write: bool = False) -> Comparison:
     return _both(smaller, before, after, write)
 
 
-def refine(study: Study, *, write: bool = False) -> Refinement:
+BUDGET = 5.0  # minutes of a processor, for more simulations where a verdict hangs on their scatter
+
+
+def refine(study: Study, *, write: bool = False, budget: float = BUDGET) -> Refinement:
     """Compare, diagnose, add, again, until the verdict is adequate, tied or unexplained.
 
     Parameters
     ----------
+    budget : minutes of a processor that may go into more simulations where a verdict hangs on the scatter of those there are;
+        asked again, it goes on from what is stored
     write : put what was added into study.toml; leave refine.txt, refine.json, compare.txt, compare.json and the history
 
     Raises
@@ -182,7 +187,7 @@ def refine(study: Study, *, write: bool = False) -> Refinement:
     >>> print(answer.verdict, answer.added)
     adequate ['cohesion']
     """
-    found = refine_study(study)
+    found = refine_study(study, budget_s=60 * budget)
     ended = found.diagnoses[-1]
     ended = replace(ended, warnings=(*ended.warnings, *outlying.told(study, _refined)))
     found = replace(found, diagnoses=(*found.diagnoses[:-1], ended))

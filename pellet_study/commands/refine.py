@@ -7,6 +7,7 @@ from pellet_study.api.figures import draw_all
 from pellet_study.commands.arguments import add_figures, add_study, check_look, named, study_of, write_figures
 from pellet_study.criticism import facts
 from pellet_study.output.terminal import done, say, warn, working
+from pellet_study.tables.numbers import number_given
 
 EXAMPLE = """\
 Writes what it adds into study.toml; refine.txt, refine.json, compare.json and the history into STUDY.
@@ -21,14 +22,32 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     """The study."""
     parser.epilog = EXAMPLE
     add_study(parser)
+    parser.add_argument(
+        "--budget",
+        metavar="MINUTES",
+        type=_minutes,
+        default=criticism.BUDGET,
+        help="of a processor, for more simulations where the verdict hangs on their scatter (%(default)g)",
+    )
     add_figures(parser)
+
+
+def _minutes(text: str) -> float:
+    """Minutes, none or more."""
+    try:
+        value = number_given(text)
+    except ValueError:
+        value = -1.0
+    if not 0 <= value < float("inf"):
+        raise argparse.ArgumentTypeError(f"{text!r}: expected minutes, 0 or more, such as 10")
+    return value
 
 
 def run(arguments: argparse.Namespace) -> dict:
     """Refine, write what was added into study.toml, print the page, leave refine.txt and the history in the study."""
     check_look(arguments)
     with working("comparing, diagnosing, adding"):
-        answer = criticism.refine(study_of(arguments), write=True)
+        answer = criticism.refine(study_of(arguments), write=True, budget=arguments.budget)
     say(answer.page)
     warn([*answer.warnings, *answer.unsaid], noted=answer.warnings)
     write_figures(arguments, lambda: draw_all(answer, arguments.width))

@@ -47,6 +47,7 @@ def comparison(compared: Comparison) -> dict:
         "holdout_limit_p": HELD_OUT_FAILS,
         "where": [{**asdict(d), "words": drift_words(d)} for d in compared.drifts],
         "time_drift": [time_drift(one, compared) for one in compared.time_drifts],
+        "noise_share": compared.noise_share,
         "needed_setup_percent": compared.needed_setup_percent,
         "units": compared.units,
         "rows": [row_of(r, compared.units) for r in compared.rows],
@@ -104,6 +105,8 @@ def row_of(r: RowResidual, units: Mapping[str, str]) -> dict:
         "order": row.order,
         "parameters": dict(row.parameters),
         "uncertainty": r.uncertainty,
+        "uncertainty_readings": r.readings,
+        "uncertainty_simulations": r.simulations,
         "units": {name: units[name] for name in (row.observable, *row.conditions) if name in units},
     }
 
@@ -211,6 +214,8 @@ def diagnosis(diagnosed: Diagnosis) -> dict:
         "undone_tested": diagnosed.undone_tested,
         "by_time": [time_drift(one, compared) for one in diagnosed.by_time],
         "unordered": diagnosed.unordered,
+        "noise_share": compared.noise_share,
+        "limited": None if diagnosed.limited is None else asdict(diagnosed.limited),
         "drifting": [
             {
                 **asdict(one),
@@ -259,6 +264,8 @@ def refinement(refined: Refinement) -> dict:
         "drifting",
         "by_time",
         "unordered",
+        "noise_share",
+        "limited",
     )
     return {
         "verdict": refined.verdict,

@@ -20,7 +20,7 @@ from pellet_study.criticism.holdout import holdout_p, level_out_errors
 from pellet_study.criticism.intervals import IDENTIFIED, intervals_of
 from pellet_study.criticism.lack_of_fit import absorbed_basis, lack_by_rig, lack_of_fit, needed_setup
 from pellet_study.criticism.least_squares import ROUNDS
-from pellet_study.criticism.residuals import RowResidual, row_residuals
+from pellet_study.criticism.residuals import RowResidual, noise_shares, row_residuals
 from pellet_study.criticism.time_drift import TimeDrift, time_drifts
 from pellet_study.criticism.verdicts import Grade
 from pellet_study.study.measurements import Measurement
@@ -38,7 +38,8 @@ class Comparison:
     it to the p of its own cells alone. `holdout_p`: are the rows held out as far off as readings and constants scatter?
     `converged`: did the fit settle within its rounds? `ranges` holds the free constants' ranges in the study, `range_shares`
     how much of them the 95 % intervals take before they are cut at the bounds; `units` are those declared, `left_out` rows
-    that nothing is made of; `time_drifts` how readings go with the order in which they were taken, where that is known.
+    that nothing is made of; `time_drifts` how readings go with the order in which they were taken, where that is known;
+    `noise_share` is the variance of the simulations over that of the readings, rig by rig.
     """
 
     effects: tuple[str, ...]
@@ -65,6 +66,7 @@ class Comparison:
     units: dict[str, str] = field(default_factory=dict)
     left_out: tuple[Measurement, ...] = ()
     time_drifts: tuple[TimeDrift, ...] = ()
+    noise_share: dict[str, float] = field(default_factory=dict)
 
     @property
     def judgement(self) -> Judgement:
@@ -126,6 +128,7 @@ def compare(study: Study, state: CalibratedStudy | None = None, level_out: bool 
         units=study.units,
         left_out=study.left_out,
         time_drifts=time_drifts(state),
+        noise_share=noise_shares(rows),
     )
     if comparison.judged and comparison.holdout_contradicts:
         worst = max(abs(r.z) for r in rows if r.row.split == "holdout" and r.z is not None)

@@ -33,7 +33,7 @@ from pellet_study.criticism.rivals import Rival, failing_rigs, judge, objection_
 from pellet_study.criticism.score_tests import VISIBLE, exceedance, largest_null, standardised
 from pellet_study.criticism.signatures import Signature, signatures
 from pellet_study.criticism.time_drift import TimeDrift, direction_of, unordered
-from pellet_study.criticism.verdicts import FittedToo, Note, Undone, Verdict
+from pellet_study.criticism.verdicts import FittedToo, Limited, Note, Undone, Verdict
 from pellet_study.output.words import probability
 from pellet_study.study.study import Study
 
@@ -50,7 +50,8 @@ class Diagnosis:
     what each explanation would do to the error, `miss` what comes nearest where nothing explains; `undone` and `fitted_too`
     what would change the verdict, as far as it was looked for (`robustness`). `drifting` says of each effect named how its
     amount drifts, where that is what it takes to explain the data; empty where one amount does. `by_time` are drifts of
-    readings with time that explain it as well, `unordered` says that no row tells when it was taken.
+    readings with time that explain it as well, `unordered` says that no row tells when it was taken;
+    `limited` where the scatter of the simulations leaves it undecided.
     """
 
     verdict: Verdict
@@ -71,6 +72,7 @@ class Diagnosis:
     drifting: tuple[Drifting, ...] = ()
     by_time: tuple[TimeDrift, ...] = ()
     unordered: bool = False
+    limited: Limited | None = None
 
     @property
     def named(self) -> tuple[tuple[str, ...], ...]:

@@ -230,6 +230,19 @@ def undone_words(diagnosis: dict) -> str:
     )
 
 
+def limited_words(diagnosis: dict) -> str:
+    """Why simulations leave it undecided, and what it would take; empty where they do not."""
+    found = diagnosis.get("limited")
+    if found is None:
+        return ""
+    share, most = number(found["noise_share"], 2), number(found["most"], 2)
+    return (
+        f"the simulations of {found['rig']} scatter too much: their variance is {share} of the readings' (at most {most} decides), "
+        f"and without it a missing effect could show; it would take about {found['simulations']} more simulations, "
+        f"{number(found['cpu_minutes'], 2)} cpu minutes: a larger --budget, or narrower ranges of the free parameters"
+    )
+
+
 def time_words(diagnosis: dict) -> str:
     """What a drift of the instrument with time would explain, or that no row tells when it was taken; empty where neither."""
     drifts = diagnosis.get("by_time") or []

@@ -6,6 +6,7 @@ what it can.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from statistics import median
 
 from pellet_study.criticism.compare import HELD_OUT_FAILS
 from pellet_study.criticism.constancy import Drift
@@ -118,6 +119,19 @@ def held_out_words(comparison: dict) -> str:
         return ""
     verb = "contradict" if p < HELD_OUT_FAILS else "agree with"
     return f"p {probability(p)}: they {verb} the model (they contradict it below {HELD_OUT_FAILS:g})"
+
+
+def noise_words(comparison: dict) -> str:
+    """`rebound 0.35 from readings, 0.52 from simulations (noise share 2.2)`, medians of the rows fitted; empty without any."""
+    said = []
+    for rig, share in (comparison.get("noise_share") or {}).items():
+        rows = [r for r in comparison["rows"] if r["rig"] == rig and r["split"] == "fit"]
+        parts = [
+            number(median(r[f"uncertainty_{source}"] for r in rows if r[f"uncertainty_{source}"]), 2)
+            for source in ("readings", "simulations")
+        ]
+        said.append(f"{rig} {parts[0]} from readings, {parts[1]} from simulations (noise share {number(share, 2)})")
+    return "; ".join(said)
 
 
 def failures(comparison: dict) -> list[str]:

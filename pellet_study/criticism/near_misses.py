@@ -94,9 +94,11 @@ def amounts_of(state: CalibratedStudy, name: str, label: Direction, amount: floa
     cases = [state.model.cases[c] for c in state.cells.case if state.model.cases[c].rig == label.rig]
     over = next(s for condition, shape, s in shapes_of(cases) if (condition, shape) == (label.condition, label.shape))
     levels = np.array([case.conditions[label.condition] for case in cases], dtype=float)
-    ends = {float(levels[k]): amount + slope * float(over[k]) for k in (levels.argmin(), levels.argmax())}
+    ends: dict[Condition, float] = {
+        float(levels[k]): amount + slope * float(over[k]) for k in (levels.argmin(), levels.argmax())
+    }
     low, high = physical(state.model, name)[0]
     absent = state.study.catalogue.effects[name].neutral()[label.parameter.partition(".")[2]]
     if not all(low <= size <= high and (size - absent) * (amount - absent) > 0 for size in ends.values()):
         return None
-    return Drifting(name, label.parameter.partition(".")[2], label.rig, label.condition, dict(ends))
+    return Drifting(name, label.parameter.partition(".")[2], label.rig, label.condition, ends)

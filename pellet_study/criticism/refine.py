@@ -7,7 +7,7 @@ and no rival may explain as well. A near miss, whose amount drifts, is named and
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -17,6 +17,7 @@ from pellet_study.criticism.diagnose import GATE, GATE_AGAIN, Diagnosis, diagnos
 from pellet_study.criticism.explanations import TIE
 from pellet_study.criticism.lack_of_fit import absorbed_basis
 from pellet_study.criticism.least_squares import fit_many, problem_of
+from pellet_study.criticism.noise import limit_of, limited, more_seeds
 from pellet_study.criticism.possible import needs_simulation
 from pellet_study.criticism.rivals import refits
 from pellet_study.criticism.robustness import examined
@@ -72,6 +73,11 @@ class _Steps:
         self.study, self.state = study, fit_study(study, model, cells, extra_starts)
         self.comparisons.append(compare(study, self.state, level_out=self.level_out))
 
+    def again(self) -> None:
+        """Calibrate the same model anew, as there are more simulations behind it now."""
+        self.state = fit_study(self.study, Model(self.study, engines=self.state.model.engines), extra_starts=1)
+        self.comparisons[-1] = compare(self.study, self.state, level_out=self.level_out)
+
     def add(self, found: Diagnosis) -> None:
         """Add what a diagnosis names, one after the other, the first of the ranking first."""
         order = {s.effect: k for k, s in enumerate(found.ranking)}
@@ -103,11 +109,13 @@ def refine(
     propose: bool = True,
     rank: bool = True,
     engines: Mapping[str, Engine] | None = None,
+    budget_s: float | None = None,
 ) -> Refinement:
     """Add the effects the measurements show to be missing.
 
     `propose` says whether the next measurement is to be looked for (where simulations must tell, only if explanations are
-    tied), `rank` whether the candidates are to be ranked where nothing is missing.
+    tied), `rank` whether the candidates are to be ranked where nothing is missing. `budget_s` are the seconds of a processor
+    that may go into more simulations where a verdict hangs on their scatter; None: that is not looked at.
 
     Raises
     ------
@@ -116,9 +124,20 @@ def refine(
     first = state or fit_study(study, Model(study, engines=engines))
     steps, ties_only = _Steps(study, first, level_out=propose), needs_simulation(study)
 
+    left_s = budget_s
+
     def diagnosis() -> Diagnosis:
+        nonlocal left_s
         level = GATE_AGAIN if steps.added else GATE
         found = diagnose(steps.study, steps.state, level, steps.comparisons[-1], propose, rank, ties_only)
+        while left_s is not None and limited(steps.study, steps.state, found, level):
+            took = more_seeds(steps.state, found, left_s)
+            if took is None:
+                found = replace(found, verdict=Verdict.UNDECIDED, limited=limit_of(steps.state, found))
+                break
+            left_s -= took
+            steps.again()
+            found = diagnose(steps.study, steps.state, level, steps.comparisons[-1], propose, rank, ties_only)
         return examined(steps.study, steps.state, found, level) if propose else found
 
     diagnoses = [diagnosis()]

@@ -17,7 +17,8 @@ class RowResidual:
     """One row of the file beside its prediction.
 
     `uncertainty` is the row's own standard uncertainty, None if unknown. `z` is the residual over it, in a row held out over
-    the root of the sum of its square and that of what the calibrated constants leave open of the prediction.
+    the root of the sum of its square and that of what the calibrated constants leave open of the prediction. `simulations` is
+    the part of the uncertainty that comes from simulations, 0 where none predict it.
     """
 
     row: Measurement
@@ -25,6 +26,12 @@ class RowResidual:
     residual: float
     z: float | None
     uncertainty: float | None
+    simulations: float = 0.0
+
+    @property
+    def readings(self) -> float | None:
+        """The part of the uncertainty that comes from the readings; None where unknown."""
+        return None if self.uncertainty is None else float(np.sqrt(max(self.uncertainty**2 - self.simulations**2, 0.0)))
 
 
 def row_residuals(state: CalibratedStudy) -> tuple[RowResidual, ...]:
@@ -47,8 +54,18 @@ def row_residuals(state: CalibratedStudy) -> tuple[RowResidual, ...]:
             total = float(np.sqrt(spread**2 / row.n + row.setup_sd**2 + predicted.variance[0, c]))
             more = left_open[c] if row.split == "holdout" else 0.0
             z = float((row.value - value) / np.sqrt(total**2 + more))
-        residuals.append(RowResidual(row, value, row.value - value, z, total))
+        simulated = float(np.sqrt(predicted.variance[0, c]))
+        residuals.append(RowResidual(row, value, row.value - value, z, total, simulated))
     return tuple(residuals)
+
+
+def noise_shares(rows: Sequence[RowResidual]) -> dict[str, float]:
+    """Variance of the simulations over that of the readings, {rig: median of its rows fitted}, of rigs that simulate."""
+    shares: dict[str, list[float]] = {}
+    for r in rows:
+        if r.row.split == "fit" and r.simulations and r.readings:
+            shares.setdefault(r.row.rig, []).append((r.simulations / r.readings) ** 2)
+    return {rig: float(np.median(of_rig)) for rig, of_rig in shares.items()}
 
 
 def slopes_at(state: CalibratedStudy, cases: Sequence[int]) -> np.ndarray:

@@ -65,6 +65,7 @@ def fit_lines(comparison: dict) -> list[str]:
     lines = graded_lines(comparison)
     if comparison["chi2"] is not None:
         excuse = [f"{rig} {number(percent, 2)} %" for rig, percent in comparison["needed_setup_percent"].items()]
+        lines += noise_lines(comparison)
         lines.append(f"       set-up scatter that would excuse it: {', '.join(excuse)}")
     if comparison["rms_error"] is not None:
         held_out = comparison["holdout_rms_error"]
@@ -75,6 +76,12 @@ def fit_lines(comparison: dict) -> list[str]:
     if comparison["holdout_p"] is not None:
         lines.append(f"       rows held out: {fit_facts.held_out_words(comparison)}")
     return lines
+
+
+def noise_lines(comparison: dict) -> list[str]:
+    """What errors are the readings' and what the simulations'; nothing where none simulates."""
+    said = fit_facts.noise_words(comparison)
+    return [f"       error of a row: {said}"] if said else []
 
 
 def error_words(error: float, unit: str) -> str:
@@ -194,7 +201,7 @@ def answer_lines(study: Study, diagnosed: Diagnosis) -> list[str]:
     finding = facts.finding(answer)
     words = {
         Verdict.ADEQUATE: fit_facts.adequacy(compared),
-        Verdict.UNDECIDED: "a fit on which the answer rests did not end (see the notes)",
+        Verdict.UNDECIDED: facts.limited_words(answer) or "a fit on which the answer rests did not end (see the notes)",
         Verdict.UNEXPLAINED: "the model fails, and no candidate of a plausible size repairs it",
         Verdict.MISSING: f"{finding.names}{held_out_too(answer)}",
         Verdict.TIED: f"{finding.names}{time_too(answer)} explain it alike{held_out_too(answer)}",
@@ -276,6 +283,7 @@ def diagnosis_page(study: Study, diagnosed: Diagnosis, assumed: bool = True) -> 
         f"{study.title}: model {facts.model_name(comparison['effects'])}",
         *(assumed_lines(study) if assumed else []),
         *graded_lines(comparison),
+        *noise_lines(comparison),
         f"       is any candidate needed? p {probability(diagnosed.gate_p)} over all candidates together; one is below "
         f"{diagnosed.gate:g}",
         *(f"{'       ' if k else 'WHERE  '}{words}" for k, words in enumerate(fit_facts.failures(comparison)[:4])),

@@ -11,7 +11,7 @@ class Verdict(StrEnum):
     ADEQUATE = "adequate"  # the present model explains the data
     MISSING = "missing"  # one explanation stands out
     TIED = "tied"  # several explain alike
-    UNDECIDED = "undecided"  # a fit that decides did not end
+    UNDECIDED = "undecided"  # a fit that decides did not end, or simulations scatter too much
     UNEXPLAINED = "unexplained"  # the model fails, and no candidate repairs it
 
 
@@ -45,6 +45,18 @@ class Undone:
     verdict: Verdict
     effects: tuple[tuple[str, ...], ...]
     by_rig: Mapping[str, Mapping[str, float]]
+
+
+@dataclass(frozen=True)
+class Limited:
+    """Simulations that scatter too much for a verdict: the rig, the variance of its simulations over that of its readings and
+    the most that this may be, and what it would take: simulations, minutes of a processor."""
+
+    rig: str
+    noise_share: float
+    most: float
+    simulations: int
+    cpu_minutes: float
 
 
 @dataclass(frozen=True)

@@ -3,6 +3,8 @@
 import csv
 import hashlib
 import json
+import time
+from collections import Counter
 from collections.abc import Iterable, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
@@ -16,6 +18,7 @@ from pellet_study.model.sites import Point
 from pellet_study.rigs.on_yade import case
 from pellet_study.simulation import dispatch, yade
 from pellet_study.simulation.local import TOOK_LONGER
+from pellet_study.simulation.store import Store
 from pellet_study.study.study import SCALINGS, Study
 
 COLUMNS = ("key", "observable", "mean", "sd", "n", "lost", "reason")
@@ -47,7 +50,8 @@ class Means:
         self.rigs, self.law = study.catalogue.rigs, study.contact_law
         self.numerics = {"surface_energy_exponent": SCALINGS[study.surface_energy_scaling]}
         self.store, self.workers, self.quiet = Path(store), workers, quiet
-        self.simulated = 0
+        self.simulated, self.spent_s = 0, 0.0  # so far: simulations, seconds of all processors
+        self._each: dict[str, list[float]] = {}  # of a rig: seconds of processors, simulations
         self._kept: dict[Key, Mean] | None = None
 
     def of(self, points: Sequence[Point], needed: bool = True) -> list[Mean]:
@@ -94,7 +98,13 @@ class Means:
         """Means of groups of cases that are simulated together."""
         cases = [case for group in missing.values() for case in group]
         self.simulated += len(cases)
+        began = time.perf_counter()
         table = dispatch.run(cases, self.store, rigs=self.rigs, workers=self.workers, quiet=self.quiet)
+        spent = (time.perf_counter() - began) * (self.workers or dispatch.cores())
+        self.spent_s += spent
+        for rig, number in Counter(one["rig"] for one in cases).items():  # of several at once, each by its number
+            known = self._each.setdefault(rig, [0.0, 0.0])
+            known[0], known[1] = known[0] + spent * number / len(cases), known[1] + number
         found, place = {}, 0
         for key, group in missing.items():
             rows = table.iloc[place : place + len(group)]
@@ -107,6 +117,18 @@ class Means:
             ):
                 raise SimulationError(f"{group[0]['rig']} gives no {key[1]} under these conditions")
         return found
+
+    def seconds_each(self, rig: str) -> float:
+        """Seconds of a processor that a simulation of a rig took, as stored, else as seen; 0 where nothing is known."""
+        file = self.store / "timings.csv"
+        if file.exists():
+            timed = pd.read_csv(file, names=["id", "seconds"], header=0, dtype={"id": str}, on_bad_lines="skip")
+            mine = timed[timed["id"].isin(set(Store(self.store).rows(self.rigs[rig]).index))]
+            seconds = pd.to_numeric(mine["seconds"], errors="coerce").mean()
+            if np.isfinite(seconds):
+                return float(seconds)
+        spent, number = self._each.get(rig, (0.0, 0.0))
+        return spent / number if number else 0.0
 
     def _remembered(self) -> dict[Key, Mean]:
         """Means that stand beside the store."""

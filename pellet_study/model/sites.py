@@ -62,6 +62,7 @@ class Plan:
             if s.low is not None and s.high is not None
         }
         self._known: dict[tuple, list[Site]] = {}
+        self.blocks: dict[str, int] = {}  # how many times the points of a rig, once where it is not named
 
     def sites(self, request: Request) -> list[Site]:
         """The cases of a request, known and fixed parameters with their values; the same list for the same cases."""
@@ -107,17 +108,21 @@ class Plan:
         return {n: f for n, f in self.ranges.items() if n in self.rigs[site.rig].parameters and n not in fixed}
 
     def base_points(self, site: Site) -> list[Point]:
-        """Points without effects, spread over the factors."""
+        """Points without effects, spread over the factors; those of fewer blocks come first."""
         factors = self.factors(site)
-        p = len(factors)
-        least = PAIRED_EFFECT * self.effort if self.paired(site) else UNPAIRED
-        terms = (p + 1) * (p + 2) // 2
-        count = int(np.ceil(max(least, terms + SPARE, BASE * terms * self.effort)))
+        p, count = len(factors), self._in_block(site) * self.blocks.get(site.rig, 1)
         stream, seeds = self._stream(site), self.seeds(site)
         return [
             Point(site, _values(factors, x), (), (1000 * stream + k) * seeds, seeds)
             for k, x in enumerate(spread(count, p, seed=1 + stream))
         ]
+
+    def _in_block(self, site: Site) -> int:
+        """Points of one block of a base surface."""
+        p = len(self.factors(site))
+        least = PAIRED_EFFECT * self.effort if self.paired(site) else UNPAIRED
+        terms = (p + 1) * (p + 2) // 2
+        return int(np.ceil(max(least, terms + SPARE, BASE * terms * self.effort)))
 
     def effect_points(self, site: Site, name: str) -> list[Point]:
         """Points with an effect: in a paired rig some of the base surface's, one after the other; else others."""
@@ -126,15 +131,16 @@ class Plan:
         stream = self._stream(site, 1 + zlib.crc32(name.encode()) % STREAMS)
         seeds = max(1, round(EFFECT_SEEDS * self.seeds(site)))
         count = int(np.ceil((PAIRED_EFFECT if self.paired(site) else EFFECT[effect.sides]) * self.effort))
-        u = amounts(count, effect.sides)
-        places = spread(count, len(factors) + len(shapes), seed=1 + stream)
+        blocks = self.blocks.get(site.rig, 1)
+        of_block, all_of_them = amounts(count, effect.sides), range(blocks * count)
+        places = spread(blocks * count, len(factors) + len(shapes), seed=1 + stream)
         if self.paired(site):
-            u = np.random.default_rng(stream).permutation(u)
-            base = self.base_points(site)
-            there = [base[(stream + k) % len(base)] for k in range(count)]
+            draw, base, block = np.random.default_rng(stream), self.base_points(site), self._in_block(site)
+            u = np.concatenate([draw.permutation(of_block) for _ in range(blocks)])
+            there = [base[k // count * block + (stream + k % count) % block] for k in all_of_them]
         else:
-            x = places[:, : len(factors)]
-            there = [Point(site, _values(factors, x[k]), (), (1000 * stream + k) * seeds, seeds) for k in range(count)]
+            x, u = places[:, : len(factors)], np.tile(of_block, blocks)
+            there = [Point(site, _values(factors, x[k]), (), (1000 * stream + k) * seeds, seeds) for k in all_of_them]
         absent, reach = self._reach(name)
         found = []
         for point, amount, place in zip(there, u, places[:, len(factors) :], strict=True):

@@ -21,6 +21,12 @@ class Surfaces:
         self.effects: dict[tuple[Site, str], LogSurface] = {}
         self._stacks: dict[tuple, tuple] = {}
 
+    def forget(self, rig: str) -> None:
+        """Drop the surfaces of a rig."""
+        self.base = {site: surface for site, surface in self.base.items() if site.rig != rig}
+        self.effects = {key: surface for key, surface in self.effects.items() if key[0].rig != rig}
+        self._stacks.clear()
+
     def scatter(self, site: Site) -> float:
         """Relative variance of a mean of a case, from its surface or those of its rig."""
         if site in self.base:

@@ -83,6 +83,24 @@ class Surrogate:
             answer.append((mean, scatter * link.slope(link.mu(mean)) ** 2 / BLOCKS))
         return answer
 
+    def more(self, rig: str) -> None:
+        """Take as many points of a rig again from now on as its surfaces had at first; those known are not simulated again."""
+        self.plan.blocks[rig] = self.plan.blocks.get(rig, 1) + 1
+        self.surfaces.forget(rig)
+        self.failed = {key: why for key, why in self.failed.items() if _site_of(key).rig != rig}
+        self._ready.clear()
+
+    def cost_of_more(self, rig: str) -> tuple[int, float]:
+        """How many simulations one more block of a rig takes, and how many seconds of a processor."""
+        blocks = self.plan.blocks.get(rig, 1)
+        bases = [site for site in self.surfaces.base if site.rig == rig]
+        effects = [key for key in self.surfaces.effects if key[0].rig == rig]
+        points = sum(p.seeds for site in bases for p in self.plan.base_points(site)) + sum(
+            p.seeds for key in effects for p in self.plan.effect_points(*key)
+        )
+        number = round(points / blocks)
+        return number, number * self.means.seconds_each(rig)
+
     def _prepare(self, requests: Sequence[Request], sites: Sequence[list[Site]]) -> None:
         """Make the surfaces that are missing, all their simulations in one batch."""
         asked = {
@@ -189,3 +207,8 @@ class Surrogate:
                 return np.full(len(plan), np.nan), text
             self.warnings.append(f"{text}; the answer rests on the others")
         return np.array([results[p].mean for p in plan]), ""
+
+
+def _site_of(key: Site | OfEffect) -> Site:
+    """The site of what could not be simulated."""
+    return key if isinstance(key, Site) else key[0]

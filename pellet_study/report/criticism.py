@@ -151,7 +151,7 @@ def fails(study: Study, steps: Sequence[dict[str, Any]], diagnoses: Sequence[dic
     known = all(row["z"] is not None for step in (steps[0], steps[-1]) for row in step["rows"])
     scale, band = (
         ", over the standard uncertainty of the row",
-        "In the band the scatter of the readings explains it. ",
+        "In the band the uncertainty of a row, by readings and simulations, explains it. ",
     )
     pictures = [
         picture(
@@ -368,7 +368,7 @@ def _ladder_caption(steps: Sequence[dict[str, Any]], tied: bool) -> str:
     ]
     if steps[-1].get("noise_floor") is not None:
         words.append(
-            "In the band, below the median uncertainty of a row, a model would only follow the scatter of the readings."
+            "In the band, below the median uncertainty of a row, a model would only follow the scatter of readings and simulations."
         )
     if tied:
         words.append("Right of the line: what each of the tied explanations alone would make of it.")

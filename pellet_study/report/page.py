@@ -181,7 +181,9 @@ def _short(compared: Answer | None, diagnoses: list[Answer], steps: list[Answer]
             f"{number(last['rms_error'], 3)}."
         )
         if last.get("noise_floor"):
-            found.append(f"The scatter of the readings alone gives {number(last['noise_floor'], 3)}.")
+            found.append(
+                f"The uncertainty of a row alone, by readings and simulations, gives {number(last['noise_floor'], 3)}."
+            )
     elif compared:
         found.append(
             f"The model is {model_name(compared['effects'])}. {criticism.fit_sentence(compared, held_out=not diagnoses)}"

@@ -27,7 +27,7 @@ def tied_errors(diagnosis: dict) -> list[dict]:
 def ladder(
     steps: Sequence[dict], tied: Sequence[dict] = (), effects: Sequence[str] = (), ax: "Axes | None" = None
 ) -> "Figure":
-    """The error after each step, on fitted and held-out rows, down to what the scatter of the readings leaves.
+    """The error after each step, on fitted and held-out rows, down to what the uncertainty of a row leaves.
 
     Parameters
     ----------
@@ -51,7 +51,7 @@ def ladder(
             top = max(top, np.nanmax(values))
     if last.get("noise_floor") is not None:
         axes.axhspan(
-            0, last["noise_floor"], color=look.BAND, zorder=0, label="within the scatter of a reading (median)"
+            0, last["noise_floor"], color=look.BAND, zorder=0, label="within the uncertainty of a row (median)"
         )
         axes.axhline(last["noise_floor"], color=look.LINE, linewidth=0.8)
         top = max(top, last["noise_floor"])
@@ -158,8 +158,8 @@ def residuals(steps: Sequence[dict], effects: Sequence[str] = (), ax: "Axes | No
                         marker="so"[k], facecolors=face, edgecolors=colour, s=20, linewidths=0.9, zorder=3 + k,
                     )  # fmt: skip
         axes.set_title(look.folded(rig, look.letters_in(inches)))
-        own = {None: "row of this rig (-)", ORDER: "order of the reading (-)"}
-        name = own[condition] if condition in own else look.told_label(shown[0], condition)
+        name = "row of this rig (-)" if condition is None else look.told_label(shown[0], condition)
+        name = "order of the reading (-)" if condition == ORDER else name
         axes.set_xlabel(look.folded(name, look.letters_in(inches)))
         axes.set_ylabel("residual / uncertainty (-)" if known else f"residual ({_unit(shown[0]['rows'], rig)})")
     look.legend_below(figure, drawn.values(), drawn.keys(), ax=ax)
