@@ -6,6 +6,6 @@ Imports go one way, left may be imported by right:
     < plackett_burman < box_behnken < coded_box, transformation, selection, goals < fitted_response < desirability
     < pieces < joint_set < overlay, steepest_climb, optimum, validation, blocking, categorical
     < run_sheet, fold_over, augment, power < planned_table, repair, score
-    < path_table, cautions, answers, labels < response_answers, figures/effects, figures/climbs, figures/residuals,
+    < standard_order < path_table, cautions, answers, labels < response_answers, figures/effects, figures/climbs, figures/residuals,
     figures/sections < figures/contours, figures/regions < text < design_text, response_text
 """

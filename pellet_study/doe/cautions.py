@@ -6,6 +6,7 @@ from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.design_table import DesignTable
 from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.published_designs import misplaced_level, recognise
+from pellet_study.doe.standard_order import Departures, departures
 from pellet_study.doe.steepest_climb import Climb
 
 
@@ -15,7 +16,13 @@ def p_in_words(p: float) -> str:
 
 
 def level_cautions(table: DesignTable) -> list[str]:
-    """The one cell whose level keeps the runs from being a known design; of runs that are alike, each of them."""
+    """The cells whose levels are not those of the design: of the one that the runs are numbered by, else of a known one.
+
+    Without numbers it is the one cell that keeps the runs from being a known design; of runs that are alike, each of them.
+    """
+    numbered = departures(table)
+    if numbered is not None:
+        return _numbered_cautions(table, numbered)
     factors = [factor for factor in table.factors if not factor.levels] or table.factors
     coded = table.coded[[factor.name for factor in factors]].to_numpy()
     cells = misplaced_level(coded)
@@ -31,6 +38,29 @@ def level_cautions(table: DesignTable) -> list[str]:
         f"column {factor.name!r}, {rows}: {there} where {expected} is expected: with that one cell so the table would be exactly "
         f"a known design ({recognise(right)}); compare with your notes whether the level was typed wrong or the run made so"
     ]
+
+
+def _numbered_cautions(table: DesignTable, found: Departures) -> list[str]:
+    """What differs from the design whose runs the column `standard_order` numbers."""
+    said = []
+    if found.columns:
+        names = table.names
+        words = ", ".join(f"{names[planned]!r} under {names[factor]!r}" for factor, planned in found.columns)
+        said.append(
+            f"by their standard_order the columns stand under each other's headers ({words}): if you moved them together with "
+            "their headers nothing is amiss, else put each header above its own levels again"
+        )
+    words = "; ".join(
+        f"column {table.names[factor]!r}, row {table.lines[run]}: {table.factors[factor].word(table.coded.iloc[run, factor])} where "
+        f"{table.factors[factor].word(level)} is expected"
+        for run, factor, level in found.cells
+    )
+    if words:
+        said.append(
+            f"{words}: by their standard_order the runs have other levels in the design; compare with your notes whether a level "
+            "was typed wrong or the run made so"
+        )
+    return said
 
 
 def suspect_cautions(analysis: Screening | Surface) -> list[str]:

@@ -25,6 +25,9 @@ SIGNS = {
     "1": 1.0,
     "\u22121": -1.0,
 }
+STANDARD_ORDER = "standard_order"
+"""The column of a run sheet that says where in the design each run stands."""
+
 GENERIC = ("factor", "response", "component", "unnamed:")
 
 
@@ -45,6 +48,8 @@ class Columns:
         Columns that are neither factor nor response nor block.
     order : Series (n_runs,) or None
         In which order the runs were made, where a column that was left out says so; its name is the column's.
+    standard_order : Series (n_runs,) or None
+        Where in the design each run stands, from 1, where the sheet of the design says so.
     """
 
     frame: pd.DataFrame
@@ -53,6 +58,7 @@ class Columns:
     blocks: list[Block] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)
     order: pd.Series | None = None
+    standard_order: pd.Series | None = None
 
 
 @dataclass(frozen=True)
@@ -199,7 +205,8 @@ def read_columns(
         for name in dict.fromkeys(known["use as block"])
     ]
     order = _run_order(raw, [name for name, why in left_out if why == "order of the runs"], used)
-    return Columns(frame, lines, notes + failed, found, [name for name, why in left_out if why != "empty"], order)
+    named = [name for name, why in left_out if why != "empty"]
+    return Columns(frame, lines, notes + failed, found, named, order, _standard_order(raw, used))
 
 
 def _run_order(raw: Raw, names: Sequence[str], used: Sequence[int]) -> pd.Series | None:
@@ -209,6 +216,14 @@ def _run_order(raw: Raw, names: Sequence[str], used: Sequence[int]) -> pd.Series
         if all(is_number(cell, raw.decimal) for cell in cells):
             return pd.Series([number(cell, raw.decimal) for cell in cells], name=name)
     return None
+
+
+def _standard_order(raw: Raw, used: Sequence[int]) -> pd.Series | None:
+    """The standard order of the runs used, if the table has that column and it numbers the runs, each once."""
+    cells = raw.column(raw.header.index(STANDARD_ORDER)) if STANDARD_ORDER in raw.header else []
+    if not cells or len(set(cells)) < len(cells) or not all(cell.isdecimal() and int(cell) > 0 for cell in cells):
+        return None
+    return pd.Series([int(cells[k]) for k in used], name=STANDARD_ORDER)
 
 
 def _response_last(raw: Raw, response: str, taken: Sequence[str], path: Path) -> Raw:

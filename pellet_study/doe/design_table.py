@@ -39,6 +39,8 @@ class DesignTable:
         Columns of the file that are neither factor nor response nor block.
     order : Series (n_runs,) or None
         In which order the runs were made, where the file says so.
+    standard_order : Series (n_runs,) or None
+        Where in its design each run stands, from 1, where the file says so.
     """
 
     factors: list[Factor]
@@ -49,6 +51,7 @@ class DesignTable:
     blocks: list[Block] = field(default_factory=list)
     left_out: list[str] = field(default_factory=list)
     order: pd.Series | None = None
+    standard_order: pd.Series | None = None
 
     @property
     def names(self) -> list[str]:
@@ -99,7 +102,7 @@ def read_design(
     table = code_design(
         found.frame, factors, found.lines, found.notes + words, max_levels, str(path), found.blocks, found.left_out
     )
-    return replace(table, order=found.order)
+    return replace(table, order=found.order, standard_order=found.standard_order)
 
 
 def code_design(

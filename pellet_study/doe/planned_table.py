@@ -6,11 +6,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pellet_study.doe.columns import read_columns, read_raw
+from pellet_study.doe.columns import STANDARD_ORDER, read_columns
 from pellet_study.doe.design_table import _looks_like_a_factor
 from pellet_study.doe.factors import Factor, physical_design
 from pellet_study.doe.levels import resolve
-from pellet_study.doe.run_sheet import BLOCK, RUN, STANDARD_ORDER
+from pellet_study.doe.run_sheet import BLOCK, RUN
 from pellet_study.tables.headers import found_in, split_unit
 
 
@@ -104,15 +104,9 @@ def read_planned(path: Path, factors=(), ignore=(), blocks=(), responses=()) -> 
             given[name] = Factor(name, factor.low, factor.high, unit, factor.levels)
     resolved, coded, more = resolve(frame[columns], given, found.lines, 5, str(path))
     labels = tuple(" ".join(words) for words in zip(*(b.labels for b in found.blocks), strict=True)) or None
-    order = _standard_order(path)
+    numbered = found.standard_order
+    order = list(range(1, len(frame) + 1)) if numbered is None else numbered.tolist()
     return PlannedTable(resolved, coded.to_numpy(), response, labels, found.lines, notes + more, order, others)
-
-
-def _standard_order(path: Path) -> list[int]:
-    raw = read_raw(path)
-    cells = raw.column(raw.header.index(STANDARD_ORDER)) if STANDARD_ORDER in raw.header else []
-    counted = all(cell.isdecimal() for cell in cells) and len(set(cells)) == len(raw.rows)
-    return [int(cell) for cell in cells] if counted else list(range(1, len(raw.rows) + 1))
 
 
 def extended(table: PlannedTable, added: np.ndarray, block: str, seed: int, response: str = "response") -> pd.DataFrame:

@@ -10,11 +10,12 @@ import numpy as np
 import pandas as pd
 
 from pellet_study.doe.blocking import inflation
+from pellet_study.doe.columns import STANDARD_ORDER
 from pellet_study.doe.factors import Factor, physical_design
 from pellet_study.errors import InputError
 from pellet_study.files import writing
 
-RUN, STANDARD_ORDER, BLOCK = "run", "standard_order", "block"
+RUN, BLOCK = "run", "block"
 BOOKKEEPING = (RUN, STANDARD_ORDER, BLOCK)
 """Columns of a sheet that are no factors."""
 
