@@ -80,11 +80,11 @@ def _compared(coded: np.ndarray, plan: np.ndarray, words: np.ndarray) -> Departu
     counts = differs.sum(axis=1)
     sign, least = counts.argmin(axis=0), counts.min(axis=0)  # (factor, planned factor)
     own = np.arange(coded.shape[1])
-    if least[own, own].sum() > MOST_CELLS * coded.size:
-        rows, columns = linear_sum_assignment(least)
-        if least[rows, columns].sum() > STRAY_CELLS:
-            return None
+    rows, columns = linear_sum_assignment(least)
+    if least[rows, columns].sum() <= STRAY_CELLS < least[own, own].sum() - len(coded) // 4:
         own = columns
+    elif least[own, own].sum() > MOST_CELLS * coded.size:
+        return None
     cells = [
         (int(run), factor, float(mirrored[sign[factor, planned], run, planned]))
         for factor, planned in enumerate(own)
