@@ -69,10 +69,9 @@ def run(arguments: argparse.Namespace) -> dict:
     answer = report.answer(arguments.photos, found, overlays)
     say(report.page(answer))
     warn(
-        f"{p['photo']}: the sides are no straight lines (+- {p['flank_uncertainty_deg']:.1f} deg), as where a heap is seen from "
-        f"above; look at {p['overlay']}, and photograph it from the side"
+        f"{p['photo']}: {doubt}; look at {p['overlay']}, and photograph the heap from the side, at its height, evenly lit"
         for p in answer["photos"]
-        if p["flank_uncertainty_deg"] > report.UNSURE_DEG
+        for doubt in p["doubts"]
     )
     done(f"overlays in {arguments.figures}", "init FOLDER")
     return answer

@@ -1,6 +1,6 @@
 """Heaps seen: the repose angle in a photograph, and pictures of simulated grains.
 
-    pixels, plate < segmentation < photograph, render < report
+    pixels, plate < segmentation, doubts < photograph, render < report
 
 `measure(file)` gives the angle of a photograph, `read_grains` and `picture` show simulated heaps.
 """

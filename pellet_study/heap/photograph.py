@@ -11,17 +11,21 @@ from typing import NamedTuple
 import numpy as np
 
 from pellet_study.errors import InputError
+from pellet_study.heap.doubts import of_light, of_view
 from pellet_study.heap.pixels import read
 from pellet_study.heap.plate import LevelLine, plate_edges
-from pellet_study.heap.segmentation import apart, one_heap, smooth_lab
+from pellet_study.heap.segmentation import Apart, apart, one_heap, smooth_lab
 from yade_scripts import heap
 
 SECOND_TOP = 0.2  # share of its height by which a second top must stand out
+UNSURE_DEG = 3.0  # uncertainty from which on the lines miss the flanks; level views of heaps stay below
+UNLIKE_DEG, UNLIKE = 3.0, 4.0  # difference of the flanks that counts, and in standard errors of its half
 PLACED = 0.25  # pixels to which an end of a fitted line is known at best
 
 
 class Photograph(NamedTuple):
-    """What was found: `outline` (n, 2) in pixels of `pixels` (rows, columns, 3; 0 to 1), `flanks`, `triangle` along `base`."""
+    """What was found: `outline` (n, 2) in pixels of `pixels` (rows, columns, 3; 0 to 1), `flanks`, `triangle` along `base`;
+    `doubts` say what in the picture speaks against the reading."""
 
     pixels: np.ndarray
     outline: np.ndarray
@@ -31,6 +35,7 @@ class Photograph(NamedTuple):
     triangle: heap.Triangle
     flank_error_deg: float
     triangle_error_deg: float
+    doubts: tuple[str, ...] = ()
 
     @property
     def angle_deg(self) -> float:
@@ -70,25 +75,25 @@ def find(pixels: np.ndarray, horizon_deg: float | None = None) -> Photograph:
     wide = None
     for edge in [*plate_edges(lab), None]:
         try:
-            mask, tone = apart(lab, edge)
-            wide = np.flatnonzero(mask.any(axis=0))[[0, -1]]
-            return _measured(pixels, mask, tone, edge, horizon_deg)
+            seen = apart(lab, edge)
+            wide = np.flatnonzero(seen.mask.any(axis=0))[[0, -1]]
+            return _measured(pixels, lab, seen, edge, horizon_deg)
         except heap.NoHeap as error:
             problems.append(error)
     for edge in plate_edges(lab, *wide) if wide is not None else ():  # of a plate that ends inside the picture
         try:
-            return _measured(pixels, *apart(lab, edge), edge, horizon_deg)
+            return _measured(pixels, lab, apart(lab, edge), edge, horizon_deg)
         except heap.NoHeap:
             pass
     raise problems[0]
 
 
 def _measured(
-    pixels: np.ndarray, mask: np.ndarray, tone: np.ndarray, edge: LevelLine | None, horizon_deg: float | None
+    pixels: np.ndarray, lab: np.ndarray, seen: Apart, edge: LevelLine | None, horizon_deg: float | None
 ) -> Photograph:
     """The heap in a mask: one, whole, of the shape of a heap; its outline and flanks."""
-    body = one_heap(mask, edge)
-    rows, columns = mask.shape
+    body, tone = one_heap(seen.mask, edge), seen.tone
+    columns = body.shape[1]
     at = np.flatnonzero(body.any(axis=0))
     top = body[:, at].argmax(axis=0)
     before = np.maximum(top - 1, 0)
@@ -108,9 +113,19 @@ def _measured(
         )
     triangle = heap.fit_triangle(x, height)
     of_flanks = _error_deg(x, height, flanks)
+    of_sides = _error_deg(x, height, sides(triangle, heap.LOW, heap.HIGH))
     uneven = triangle.angle_deg - flanks.angle_deg  # both sides alike, a line each: what the choice is worth
-    of_triangle = float(np.hypot(_error_deg(x, height, sides(triangle, heap.LOW, heap.HIGH)), uneven))
-    return Photograph(pixels, outline, base, base_is, flanks, triangle, of_flanks, of_triangle)
+    left, right = flanks.left.angle_deg, flanks.right.angle_deg
+    apart_deg = abs(left - right) / 2  # standard error of the mean of two
+    flank_error, triangle_error = np.hypot(of_flanks, apart_deg), np.hypot(np.hypot(of_sides, uneven), apart_deg)
+    doubts = [*of_view(lab, body, edge, triangle.angle_deg), *of_light(seen.difference, body, seen.contrast)]
+    if of_flanks > UNSURE_DEG:
+        doubts.append(f"the sides are no straight lines (+- {of_flanks:.1f} deg)")
+    elif apart_deg > max(UNLIKE_DEG / 2, UNLIKE * of_flanks):
+        doubts.append(f"the sides differ (left {left:.1f}, right {right:.1f} deg) by more than they are uneven")
+    return Photograph(
+        pixels, outline, base, base_is, flanks, triangle, float(flank_error), float(triangle_error), tuple(doubts)
+    )
 
 
 def _error_deg(x: np.ndarray, height: np.ndarray, flanks: heap.Flanks) -> float:

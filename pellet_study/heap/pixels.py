@@ -45,8 +45,9 @@ def read(file: Path) -> np.ndarray:
             picture = ImageOps.exif_transpose(_reduced(opened))
             if picture.mode[0] in "IF":  # 16 and 32 bits a pixel
                 values = np.asarray(picture, dtype=float)
-                span = float(np.ptp(values)) or 1.0
-                picture = Image.fromarray(np.uint8(255 * (values - values.min()) / span))
+                dark, bright = np.percentile(values, [0.1, 99.9])  # a pixel that is stuck is not the brightest
+                span = float(bright - dark) or 1.0
+                picture = Image.fromarray(np.uint8(255 * np.clip((values - dark) / span, 0, 1)))
             if picture.mode in ("RGBA", "LA", "PA") or "transparency" in picture.info:
                 picture = picture.convert("RGBA")
                 picture = Image.alpha_composite(Image.new("RGBA", picture.size, "white"), picture)

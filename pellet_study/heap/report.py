@@ -15,8 +15,6 @@ from yade_scripts.heap import Flank
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
-UNSURE_DEG = 3.0  # uncertainty of a photograph from which on its lines miss the flanks; level views of heaps stay below
-
 
 def answer(files: Sequence[Path], found: Sequence[Photograph], overlays: Sequence[Path]) -> dict[str, Any]:
     """Mean and standard deviation over the photographs (None for one) of each reading, and each photograph."""
@@ -46,6 +44,7 @@ def answer(files: Sequence[Path], found: Sequence[Photograph], overlays: Sequenc
                 "right_deg": photo.flanks.right.angle_deg,
                 "tilt_deg": photo.base.tilt_deg,
                 "tilt_from": photo.base_is,
+                "doubts": list(photo.doubts),
                 "overlay": str(overlay),
             }
             for file, photo, overlay in zip(files, found, overlays, strict=True)
@@ -68,8 +67,10 @@ def page(answer: dict[str, Any]) -> str:
         value, sd = answer[f"{reading}_deg"], answer[f"{reading}_sd"]
         scatter = "one photograph, scatter not known" if sd is None else f"sd {sd:.2f} deg over {number} photographs"
         lines.append(f"{reading:8s} {value:6.2f} deg, {scatter}")
-    if any(p["flank_uncertainty_deg"] > UNSURE_DEG for p in answer["photos"]):
-        return "\n".join([*lines, "", "no row for measurements.csv: the lines miss the flanks"])
+    doubtful = sum(bool(p["doubts"]) for p in answer["photos"])
+    if doubtful:
+        which = "the photograph is" if number == 1 else f"{doubtful} of {number} photographs are"
+        return "\n".join([*lines, "", f"no row for measurements.csv: {which} in doubt"])
     lines += ["", "for measurements.csv of a study:", "rig,observable,value,sd,n"]
     lines.append(_row("repose_angle_deg", answer["angle_deg"], answer["sd"], number))
     lines += ["the angle is the triangle's; of the lines through the flanks:"]

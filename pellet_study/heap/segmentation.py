@@ -5,6 +5,7 @@ doi:10.1109/TSMC.1979.4310076) parts what differs from it.
 """
 
 from types import ModuleType
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,6 +16,15 @@ from yade_scripts import heap
 LEAST_CONTRAST = 5.0  # of heap to background, in CIELAB units; 2.3 is the least one can see
 LEAST_CLEARNESS = 4.0  # contrast over the background's own unevenness
 SECOND_HEAP = 0.05  # share of the largest heap's area from which on another one counts
+
+
+class Apart(NamedTuple):
+    """A mask, the tone it was cut from at 0, the picture's difference from its background, and the contrast (CIELAB)."""
+
+    mask: np.ndarray
+    tone: np.ndarray
+    difference: np.ndarray
+    contrast: float
 
 
 def smooth_lab(pixels: np.ndarray) -> np.ndarray:
@@ -37,8 +47,8 @@ def _skimage() -> tuple[ModuleType, ModuleType]:
     return color, filters
 
 
-def apart(lab: np.ndarray, edge: LevelLine | None) -> tuple[np.ndarray, np.ndarray]:
-    """What stands out from the background above the plate's edge: a mask, and the tone it was cut from at 0.
+def apart(lab: np.ndarray, edge: LevelLine | None) -> Apart:
+    """What stands out from the background above the plate's edge.
 
     Raises
     ------
@@ -77,7 +87,7 @@ def apart(lab: np.ndarray, edge: LevelLine | None) -> tuple[np.ndarray, np.ndarr
             f"{uneven:.1f}; expected {LEAST_CONTRAST:g} and {LEAST_CLEARNESS:g} times that. Light the heap from the front "
             "before a background of another tone"
         )
-    return mask, tone - cut
+    return Apart(mask, tone - cut, difference, contrast)
 
 
 def _surface(lab: np.ndarray, known: np.ndarray) -> np.ndarray:

@@ -35,8 +35,9 @@ def test_two_hundred_pictures_with_noise_blur_uneven_light_tilt_and_texture():
             for errors in found.values():
                 errors.append((np.inf, 1.0))  # refused: as wrong as any
             continue
-        found["flanks"].append((read.flanks.angle_deg - angle, read.flank_error_deg))
-        found["triangle"].append((read.triangle.angle_deg - angle, read.triangle_error_deg))
+        apart = (read.flanks.left.angle_deg - read.flanks.right.angle_deg) / 2  # as drawn, and in the errors too
+        for name, error in (("flanks", read.flank_error_deg), ("triangle", read.triangle_error_deg)):
+            found[name].append((getattr(read, name).angle_deg - angle, np.sqrt(error**2 - apart**2)))
     for reading, nearest in (("flanks", 0.5), ("triangle", 1.2)):
         errors, uncertainties = np.abs(found[reading]).T
         assert (errors <= nearest).mean() >= 0.95, reading
