@@ -80,7 +80,7 @@ def test_more_simulations_within_the_budget_name_the_effect(tmp_path, simulated,
     again, _ = refined(tmp_path / "s", 60, capsys)
     assert again["verdict"] in ("adequate", "missing") and again["added"] == ["speed_dependent_rolling"]
     assert again["diagnoses"][0]["noise_share"]["inclined_roll"] < answer["noise_share"]["inclined_roll"]
-    assert simulated["cases"] > 2 * first
+    assert simulated["cases"] >= 2 * first  # what was simulated before stands beside the store
     value = again["steps"][-1]["parameters"]["speed_dependent_rolling.slope"]
     assert value == pytest.approx(SLOPE, abs=0.08)
 
