@@ -1,6 +1,7 @@
 """`pellet-study bbd`: analyse a Box-Behnken or central composite table, or make one."""
 
 import argparse
+import shlex
 from pathlib import Path
 
 from pellet_study.commands.arguments import write_figures
@@ -17,16 +18,18 @@ from pellet_study.commands.design_tables import (
 from pellet_study.commands.numbers import number, whole
 from pellet_study.commands.responses import (
     add_response_argument,
+    each_able,
     each_response,
-    figure_prefix,
+    figure_prefixes,
     heading,
+    not_analysed,
     one_number,
     read_tables,
     response_columns,
     warnings_of,
 )
 from pellet_study.commands.surface import analysed
-from pellet_study.commands.wanted import HELP, add_goal_arguments, goal_of, wants_joint
+from pellet_study.commands.wanted import GOALS, HELP, add_goal_arguments, goal_of, wants_joint
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say
 from pellet_study.tables.numbers import number_given
@@ -107,18 +110,23 @@ def run(arguments: argparse.Namespace) -> dict:
     from pellet_study.doe.factors import parse_factors
     from pellet_study.doe.labels import degraded
 
-    tables = read_tables(arguments, parse_factors(arguments.factor), 5)
-    told = each_response(arguments, list(tables))
+    tables, failed = read_tables(arguments, parse_factors(arguments.factor), 5)
+    told = each_response(arguments, [*tables, *failed])
     _check_goals(told)
     joint = wants_joint(told)
-    each = {name: analysed(own, tables[name], joint) for name, own in told.items()}
-    warnings = warnings_of({name: one.warnings for name, one in each.items()})
+    each, more_failed = each_able(tables, lambda name: analysed(told[name], tables[name], joint))
+    failed |= more_failed
+    _refuse_goals_of(failed, told)
+    told = {name: told[name] for name in each}
+    warnings = not_analysed(failed) + warnings_of({name: one.warnings for name, one in each.items()})
     parts = []  # printed when all that was asked for could be answered
     for name, one in each.items():
         parts += heading(name, each) + one.parts
     answer = dict(next(iter(each.values())).answer)
     if len(each) > 1:
         answer["responses"] = {name: {**one.answer, "warnings": one.warnings} for name, one in each.items()}
+    if failed:
+        answer["not_analysed"] = failed
     found = _joint(told, each, answer, warnings, parts) if joint else None
     first, own = next(iter(told.items()))
     _validate(own, each[first], found, answer, parts)
@@ -128,14 +136,45 @@ def run(arguments: argparse.Namespace) -> dict:
     if arguments.figures:
         surfaces = [one.response.surface for one in each.values()]
         warn(degraded(surfaces[0].table.names, *(str(surface.table.response.name) for surface in surfaces)))
-        answer["figures"] = [
-            path for name, one in each.items() for path in _figures(told[name], one, figure_prefix(name, each))
-        ]
+        prefixes = figure_prefixes(each)
+        answer["figures"] = [path for name, one in each.items() for path in _figures(told[name], one, prefixes[name])]
         if found is not None and len(found.factors) > 1:
             answer["figures"] += _regions(arguments, found, {name: own.unit for name, own in told.items()})
-    after = "--target VALUE" if arguments.target is None else "--target ... --verify RUNS"
-    done(kept(arguments), None if arguments.verify or joint else f"bbd {again(arguments)} {after}")
+    done(kept(arguments), None if arguments.verify or joint else _next(arguments, told))
     return answer
+
+
+def _next(arguments: argparse.Namespace, told: dict[str, argparse.Namespace]) -> str:
+    """The command to follow: goals where there are none, then the margin, then the runs to validate with."""
+    words = ["bbd", again(arguments)]
+    for option in ("reduce", "drop"):
+        value = getattr(arguments, option)
+        words += [] if value is None else [f"--{option}", f"{value:g}" if option == "reduce" else shlex.quote(value)]
+    words += ["--select"] if arguments.select else []
+    words += [shlex.join(["--transform", *filter(None, [how])]) for how in arguments.transform or ()]
+    own = next(iter(told.values()))
+    if len(told) > 1:
+        goals = [["--target", f"{name}=VALUE", "--uncertainty", f"{name}=U"] for name in told]
+        return " ".join([*words, *map(shlex.join, goals)])
+    if own.target is None:
+        return " ".join([*words, "--target VALUE", *(["--uncertainty U"] if own.transform is not None else [])])
+    uncertainty = [] if own.uncertainty is None else ["--uncertainty", own.uncertainty]
+    validated = arguments.declare_margin is not None or margin_file(arguments).exists()
+    after = "--verify Y1,Y2,..." if validated else "--declare-margin M"
+    return " ".join([*words, shlex.join(["--target", own.target, *uncertainty]), after])
+
+
+def margin_file(arguments: argparse.Namespace) -> Path:
+    """Where the margins of equivalence are declared."""
+    return arguments.margin_file or arguments.table.parent / "margin.json"
+
+
+def _refuse_goals_of(failed: dict[str, str], told: dict[str, argparse.Namespace]) -> None:
+    """A goal of a response that is not analysed cannot be met: an error, not a warning."""
+    for name, reason in failed.items():
+        own = told[name]
+        if any(getattr(own, goal) is not None for goal in GOALS):
+            raise InputError(f"{name} has a goal and cannot be analysed: {reason}")
 
 
 def _check_goals(told: dict[str, argparse.Namespace]) -> None:
@@ -147,12 +186,23 @@ def _check_goals(told: dict[str, argparse.Namespace]) -> None:
     if wants_joint(told) and own.rule != "centre":
         raise InputError(f"--rule {own.rule} picks a point that meets the target of one response on its own scale: leave it "
                          "out, the desirability picks the point here")  # fmt: skip
+    if own.target_n is not None and len(told) > 1:
+        raise InputError(
+            f"--target-n {own.target_n} counts the readings of the target that --verify tests one response against: name it "
+            "alone with --response, and the others with --ignore"
+        )
+    for name, one in told.items():
+        if one.uncertainty is not None and one.target is None:
+            raise InputError(
+                f"--uncertainty {name}={one.uncertainty} is that of a target: give --target {name}=VALUE too, or say what is "
+                f"acceptable of {name} with --limits, --maximise or --minimise"
+            )
     if own.target_n is not None and not one_number("uncertainty", own.uncertainty):
         raise InputError(
             f"--target-n {own.target_n} needs the standard deviation of a reading of the target: give it with "
             "--uncertainty, or leave --target-n out to take the target as known"
         )
-    if own.verify and all(getattr(own, goal) is None for goal in ("target", "maximise", "minimise", "limits")):
+    if own.verify and all(getattr(own, goal) is None for goal in GOALS):
         raise InputError("--verify needs the response to be met: give --target, or --maximise, --minimise or --limits")
     if own.at and not own.verify:
         raise InputError("--at says where the runs of --verify were made: give their readings with --verify")
@@ -160,7 +210,8 @@ def _check_goals(told: dict[str, argparse.Namespace]) -> None:
 
 def _joint(told: dict, each: dict, answer: dict, warnings: list[str], parts: list[str]):
     """The settings that meet the goals of all responses that have one."""
-    from pellet_study.doe import text
+    from pellet_study.doe import coded_box, text
+    from pellet_study.doe.cautions import box_scale_cautions, scale_cautions
     from pellet_study.doe.joint_set import joint_set
     from pellet_study.doe.response_answers import joint_answer
     from pellet_study.doe.response_text import joint_text
@@ -170,6 +221,9 @@ def _joint(told: dict, each: dict, answer: dict, warnings: list[str], parts: lis
     parts.append(joint_text(found))
     if found.extrapolation:
         warnings.append(text.EXTRAPOLATION)
+    points = coded_box.sample(len(found.factors))
+    for part in found.parts:
+        warnings += box_scale_cautions(part.response, points) or scale_cautions(part.response, found.coded)
     answer["joint"] = joint_answer(found)
     return found
 
@@ -208,7 +262,7 @@ def _validate(arguments, one, joint, answer: dict, parts: list[str]) -> None:
     """Declare the margin of the only response, or test its validation runs against the one declared."""
     only = not (arguments.response and arguments.ignore)  # else a margin without a name may be an ignored response's
     response = one.response.name
-    path = arguments.margin_file or arguments.table.parent / "margin.json"
+    path = margin_file(arguments)
     from pellet_study.doe import answers, text, validation
 
     if arguments.declare_margin is not None:

@@ -18,9 +18,11 @@ from pellet_study.commands.design_tables import (
 from pellet_study.commands.numbers import number, whole
 from pellet_study.commands.responses import (
     add_response_argument,
+    each_able,
     each_response,
-    figure_prefix,
+    figure_prefixes,
     heading,
+    not_analysed,
     others_of,
     read_tables,
     response_columns,
@@ -93,26 +95,28 @@ def run(arguments: argparse.Namespace) -> dict:
         return _levels(arguments, factors)
     files = [arguments.table, *([arguments.climb_runs] if arguments.climb_runs else [])]
     ignore, *ignore_runs = ignored_in(files, arguments.ignore) if arguments.ignore else [[]] * len(files)
-    tables = read_tables(arguments, factors, 3, ignore)
-    told = each_response(arguments, list(tables))
-    each = {name: _screened(own, tables[name], ignore_runs) for name, own in told.items()}
+    tables, failed = read_tables(arguments, factors, 3, ignore)
+    told = each_response(arguments, [*tables, *failed])
+    each, more_failed = each_able(tables, lambda name: _screened(told[name], tables[name], ignore_runs))
+    failed |= more_failed
     for k, (name, one) in enumerate(each.items()):
         say("\n".join(([""] if k else []) + heading(name, each) + [one.words]))
     if len(each) > 1:
         from pellet_study.doe.response_text import screenings_text
 
         say("\n" + screenings_text([one.screening for one in each.values()]))
-    warnings = warnings_of({name: one.answer["warnings"] for name, one in each.items()})
+    warnings = not_analysed(failed) + warnings_of({name: one.answer["warnings"] for name, one in each.items()})
     warn(warnings)
     first = next(iter(each.values()))
-    answer = first.answer
+    answer = {**first.answer, "warnings": warnings}
     if len(each) > 1:
-        answer = {**answer, "warnings": warnings, "responses": {name: one.answer for name, one in each.items()}}
+        answer["responses"] = {name: one.answer for name, one in each.items()}
+    if failed:
+        answer["not_analysed"] = failed
     if arguments.figures:
         warn(degraded(first.screening.table.names, *(str(one.screening.table.response.name) for one in each.values())))
-        answer["figures"] = [
-            path for name, one in each.items() for path in _figures(told[name], one, figure_prefix(name, each))
-        ]
+        prefixes = figure_prefixes(each)
+        answer["figures"] = [path for name, one in each.items() for path in _figures(told[name], one, prefixes[name])]
     done(kept(arguments), _after_the_path(first) or _next([one.screening for one in each.values()]))
     return answer
 

@@ -1,6 +1,8 @@
 """Several responses in one table: which columns they are, and what is said of each, as `NAME=...` or bare where there is one."""
 
 import argparse
+from collections.abc import Callable, Iterable, Mapping
+from typing import TypeVar
 
 from pellet_study.errors import InputError
 from pellet_study.output.words import nearest
@@ -23,22 +25,56 @@ def add_response_argument(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
 
 
-def read_tables(arguments: argparse.Namespace, factors, max_levels: int, ignore=None) -> dict:
-    """{response: DesignTable}: the table read once for each response asked for, the others' columns left out.
+Answer = TypeVar("Answer")
+
+
+def each_able(names: Iterable[str], answer: Callable[[str], Answer]) -> tuple[dict[str, Answer], dict[str, str]]:
+    """{response: its answer} of those that have one, and {response: why not} of the others.
 
     Raises
     ------
     InputError
-        If a response is named twice, and see `design_table.read_design`.
+        If none has: each with its reason, or the one reason of all.
+    """
+    found, failed = {}, {}
+    for name in names:
+        try:
+            found[name] = answer(name)
+        except InputError as error:
+            failed[name] = str(error)
+    if not found:
+        alike = len(set(failed.values())) == 1
+        raise InputError(next(iter(failed.values())) if alike else _reasons(failed))
+    return found, failed
+
+
+def _reasons(failed: Mapping[str, str]) -> str:
+    return "; ".join(f"{name} is not analysed: {reason}" for name, reason in failed.items())
+
+
+def not_analysed(failed: Mapping[str, str]) -> list[str]:
+    """One warning for each response that has no answer."""
+    return [_reasons({name: reason}) for name, reason in failed.items()]
+
+
+def read_tables(arguments: argparse.Namespace, factors, max_levels: int, ignore=None) -> tuple[dict, dict[str, str]]:
+    """{response: DesignTable}: the table read once for each response asked for, the others' columns left out; {response: why not}.
+
+    Raises
+    ------
+    InputError
+        If a response is named twice or none can be read, see `design_table.read_design`.
     """
     from pellet_study.doe.design_table import read_design
 
-    found = {}
-    for name, others in others_of(arguments):
-        left = [*(arguments.ignore if ignore is None else ignore), *others]
-        table = read_design(arguments.table, factors, max_levels, left, arguments.block, name)
-        found[str(table.response.name)] = table
-    return found
+    others = {name or "": other for name, other in others_of(arguments)}
+
+    def read(name: str):
+        left = [*(arguments.ignore if ignore is None else ignore), *others[name]]
+        return read_design(arguments.table, factors, max_levels, left, arguments.block, name or None)
+
+    found, failed = each_able(others, read)
+    return {str(table.response.name): table for table in found.values()}, failed
 
 
 def response_columns(arguments: argparse.Namespace) -> tuple[str, ...]:
@@ -81,10 +117,11 @@ def _words(arguments: argparse.Namespace, option: str) -> list[str] | None:
 def _told(arguments: argparse.Namespace, option: str, names: list[str]) -> dict[str, str]:
     """{response: text} of one option; a text without a name belongs to the only response."""
     found: dict[str, str] = {}
+    of_all = False
     for word in _words(arguments, option) or []:
         name, value = _parted(option, word, names)
         if name is None and option == "transform" and not value:
-            found |= {other: "" for other in names if other not in found}  # all of them
+            of_all = True
             continue
         if name is None and len(names) > 1:
             raise InputError(
@@ -94,7 +131,7 @@ def _told(arguments: argparse.Namespace, option: str, names: list[str]) -> dict[
         if name in found:
             raise InputError(f"--{option} was given twice for {name!r}: expected it once")
         found[name] = value
-    return found
+    return {**dict.fromkeys(names, ""), **found} if of_all else found
 
 
 def _parted(option: str, word: str, names: list[str]) -> tuple[str | None, str]:
@@ -134,11 +171,17 @@ def one_number(option: str, text: str | None) -> float | None:
     return value
 
 
-def figure_prefix(name: str, names) -> str:
-    """What the names of a response's figures begin with: nothing where there is one response."""
-    if len(names) == 1:
-        return ""
-    return ("".join(sign if sign.isalnum() else "_" for sign in name).strip("_") or "response") + "_"
+def figure_prefixes(names: Iterable[str]) -> dict[str, str]:
+    """{response: what the names of its figures begin with}: nothing where there is one response, each its own where not."""
+    names, found, taken = list(names), {}, set()
+    for name in names if len(names) > 1 else ():
+        plain = "".join(sign if sign.isalnum() else "_" for sign in name).strip("_") or "response"
+        count = 1
+        while (prefix := f"{plain}_{count}_" if count > 1 else f"{plain}_").lower() in taken:
+            count += 1  # `a/b` and `a.b` are one to a file system, and so are `A` and `a` to some
+        taken.add(prefix.lower())
+        found[name] = prefix
+    return found or dict.fromkeys(names, "")
 
 
 def heading(name: str, names) -> list[str]:

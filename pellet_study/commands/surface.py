@@ -104,6 +104,7 @@ def _predict(own, found: Analysed) -> None:
     if not own.predict:
         return
     from pellet_study.doe import answers, text
+    from pellet_study.doe.cautions import scale_cautions
     from pellet_study.doe.factors import parse_levels
     from pellet_study.doe.response_text import back_transformed_text
     from pellet_study.tables.headers import found_in
@@ -116,13 +117,15 @@ def _predict(own, found: Analysed) -> None:
             f"--predict and the table disagree on {sorted(missing)[0]!r}: expected one level of every factor "
             f"({', '.join(table.names)})"
         )
-    predicted = found.response.interval([[float(f.coded(levels[f.name])) for f in table.factors]])
+    coded = [[float(f.coded(levels[f.name])) for f in table.factors]]
+    predicted = found.response.interval(coded)
     if found.response.transformation:
         found.parts.append(back_transformed_text(found.response, levels, predicted))
     else:
         found.parts.append(text.prediction_text(levels, predicted))
     if predicted.extrapolation:
         found.warnings.append(text.EXTRAPOLATION)
+    found.warnings += scale_cautions(found.response, coded)
     found.answer["prediction"] = answers.interval_answer(predicted)
 
 

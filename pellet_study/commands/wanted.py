@@ -8,6 +8,9 @@ from pellet_study.errors import InputError
 
 INFINITE = float("inf")
 
+GOALS = ("target", "maximise", "minimise", "limits")
+"""Options that say what is wanted of a response."""
+
 SHAPED = ("maximise", "minimise", "limits", "weight", "importance")
 """Options that ask for a desirability."""
 
@@ -86,8 +89,6 @@ def goal_of(own: argparse.Namespace, response):
     InputError
         If it has two goals, or a target without what is still acceptable around it.
     """
-    from pellet_study.doe.goals import Goal
-
     kinds = [kind for kind in ("target", "maximise", "minimise") if getattr(own, kind) is not None]
     if len(kinds) > 1 or (kinds and kinds != ["target"] and own.limits is not None):
         other = kinds[1] if len(kinds) > 1 else "limits"
@@ -101,21 +102,37 @@ def goal_of(own: argparse.Namespace, response):
     if kinds == ["target"]:
         return _target(own, response, shape)
     if kinds:
-        return _one_sided(kinds[0], two_numbers(kinds[0], getattr(own, kinds[0])), response, shape)
+        return _one_sided(own, kinds[0], response, shape)
     if own.limits is not None:
         low, high = two_numbers("limits", own.limits)
-        return Goal("limits", -INFINITE if low is None else low, INFINITE if high is None else high, **shape)
-    if own.weight or own.importance or own.uncertainty:
+        ends = (-INFINITE if low is None else low, INFINITE if high is None else high)
+        return _goal(own, response, "limits", *ends, **shape)
+    if own.weight or own.importance:
         raise InputError(
-            f"{response.name} has a weight, importance or uncertainty but no goal: give --target, --maximise, --minimise "
+            f"{response.name} has a weight or importance but no goal: give --target, --maximise, --minimise "
             "or --limits too"
         )
     return None
 
 
-def _target(own, response, shape: dict):
+def _goal(own, response, *what, **shape):
+    """A goal; what is wrong with it is said of the options that gave it."""
     from pellet_study.doe.goals import Goal
 
+    try:
+        return Goal(*what, **shape)
+    except InputError as error:
+        options = [
+            option for option in (*GOALS, "uncertainty", "weight", "importance") if getattr(own, option) is not None
+        ]
+        said = " ".join(
+            f"--{option} {response.name}" + (f"={value}" if (value := getattr(own, option)) else "")
+            for option in options
+        )
+        raise InputError(f"{said}: {error}") from None
+
+
+def _target(own, response, shape: dict):
     target, uncertainty = one_number("target", own.target), one_number("uncertainty", own.uncertainty)
     low, high = two_numbers("limits", own.limits) if own.limits else (None, None)
     if uncertainty:
@@ -125,18 +142,35 @@ def _target(own, response, shape: dict):
             f"--target {response.name}={target:g} does not say how far off will still do: give --uncertainty "
             f"{response.name}=U, or both ends with --limits {response.name}=LOW,HIGH"
         )
-    return Goal("target", low, high, target, **shape)
+    return _goal(own, response, "target", low, high, target, **shape)
 
 
-def _one_sided(kind: str, ends, response, shape: dict):
+def _one_sided(own, kind: str, response, shape: dict):
     """A goal of maximising or minimising; ends that were not given are those predicted in the box."""
-    from pellet_study.doe.goals import Goal
-
+    ends = two_numbers(kind, getattr(own, kind))
     low, high = ends
     if low is None or high is None:
         least, most = response.predicted_range()
+        _refuse_endless(kind, response, least, most)
         if low is None:
             low = least if high is None or least < high else high - (most - least)
         if high is None:
             high = most if most > low else low + (most - least)
-    return Goal(kind, low, high, limited=ends[0 if kind == "maximise" else 1] is not None, **shape)
+    limited = ends[0 if kind == "maximise" else 1] is not None
+    return _goal(own, response, kind, low, high, limited=limited, **shape)
+
+
+def _refuse_endless(kind: str, response, least: float, most: float) -> None:
+    """Ends that the predictions cannot give: there are none where all are one, or where the scale runs out."""
+    if most == INFINITE:
+        raise InputError(
+            f"--{kind} {response.name}: in a part of the box {response.surface.table.response.name} is predicted where no "
+            f"{response.name} has it, so there is no highest prediction to go by: give both ends, --{kind} "
+            f"{response.name}=LOW,HIGH, or use --transform {response.name}=log, whose predictions have an end"
+        )
+    if most - least <= 1e-9 * max(abs(least), abs(most)):
+        raise InputError(
+            f"--{kind} {response.name}: its model predicts {most:.5g} at every setting, so none is higher or lower than "
+            f"another; predict with the full model (without --select, --reduce and --drop), or leave the goal of "
+            f"{response.name} out"
+        )

@@ -1,9 +1,12 @@
 """Numbers that contradict the model, said in words with what to do: curvature, lack of fit, a fit worse than the mean."""
 
+import shlex
+
 import numpy as np
 
 from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.design_table import DesignTable
+from pellet_study.doe.fitted_response import FittedResponse
 from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.published_designs import misplaced_level, recognise
 from pellet_study.doe.standard_order import Departures, departures
@@ -147,6 +150,48 @@ def selection_cautions(selected: Surface) -> list[str]:
             "what acts; use the full model (without --select) or --reduce, which leaves out by p values"
         )
     return found
+
+
+LEAST_SHARE = 5e-4
+"""The least share of the box, 0.05 %, of which it is said that predictions are beyond the scale there."""
+
+
+def scale_cautions(response: FittedResponse, coded) -> list[str]:
+    """What is to be said where a prediction, or an end of its intervals, is none that the response's scale has."""
+    scale = response.transformation
+    if scale is None or scale.power == 0:
+        return []
+    fitted, end = response.surface.table.response.name, "infinite" if scale.power < 0 else "0"
+    if response.beyond_scale(coded)[0]:
+        value = float(response.surface.model.predict(coded)[0])
+        return [
+            f"{fitted} is predicted as {value:.4g} there, which is that of no {response.name}, and stands as {end}: it is no "
+            f"prediction; stay nearer to the runs, or use {_logarithm(response)}, whose predictions are all positive"
+        ]
+    found = response.interval(coded)
+    ends = {value for pair in (found.confidence, found.prediction) for value in pair or ()}
+    if not ends & {0.0, np.inf}:
+        return []
+    side = "upper end is none, it stands as inf" if scale.power < 0 else "lower end is cut off at 0"
+    return [
+        f"an interval of {response.name} there runs beyond what {fitted} can be: its {side}; {_logarithm(response)} has no such end"
+    ]
+
+
+def box_scale_cautions(response: FittedResponse, points) -> list[str]:
+    """The share of the box, by points spread over it, in which a response has no prediction on its scale."""
+    share = float(response.beyond_scale(points).mean())
+    if share < LEAST_SHARE:
+        return []
+    return [
+        f"in {100 * share:.1f} % of the box {response.surface.table.response.name} is predicted where no {response.name} has it, and "
+        f"its prediction stands as {'infinite' if response.transformation.power < 0 else '0'}: do not rest a goal on it there; "
+        f"use {_logarithm(response)}, whose predictions are all positive, or a smaller box"
+    ]
+
+
+def _logarithm(response: FittedResponse) -> str:
+    return shlex.join(["--transform", f"{response.name}=log"])
 
 
 def _worse_than_mean(analysis: Screening | Surface, advice: str) -> list[str]:

@@ -131,7 +131,7 @@ def _most_central(wanted: Wanted, best) -> np.ndarray:
 def _least_miss(wanted: Wanted, points) -> np.ndarray:
     """The setting whose worst response misses by least, in parts of its range over the box."""
     predicted = [response.predict(points) for response, _ in wanted]
-    scales = [max(1e-300, float(np.ptp(values))) for values in predicted]
+    scales = [response.spread(points) for response, _ in wanted]
     misses = [goal.miss(values) / scale for (_, goal), values, scale in zip(wanted, predicted, scales, strict=True)]
     worst = np.max(misses, axis=0)
     start, k = points[np.argmin(worst)], points.shape[1]

@@ -33,6 +33,18 @@ class FittedResponse:
         """Predicted response (n_points,) at coded points (n_points, n_factors), in its own unit."""
         return self._back(self.surface.model.predict(coded))
 
+    def beyond_scale(self, coded) -> np.ndarray:
+        """Where (n_points,) the fitted scale has left the range of its power, so that `predict` is 0 or infinity."""
+        if self.transformation is None:
+            return np.zeros(len(np.atleast_2d(coded)), dtype=bool)
+        return ~self.transformation.holds(self.surface.model.predict(coded))
+
+    def spread(self, points) -> float:
+        """Range of the predictions over points that fill the box; of a transformed response, whose scale may run out there,
+        over the runs."""
+        where = points if self.transformation is None else self.surface.table.coded.to_numpy()
+        return max(1e-300, float(np.ptp(self.predict(where))))
+
     def gradient(self, coded) -> np.ndarray:
         """Slopes of `predict` (n_points, n_factors), per coded unit."""
         slopes = self.surface.model.gradient(coded)

@@ -58,10 +58,8 @@ class Goal:
         finite = np.isfinite([self.low, self.high])
         if self.kind not in KINDS or not rising or not (finite.any() if self.kind == "limits" else finite.all()):
             between = "" if self.target is None else f" with the target {self.target:g} between them"
-            raise InputError(
-                f"the limits {self.low:g} and {self.high:g} of a response were given{between}: expected the lower one "
-                "first and the target between them"
-            )
+            expected = "the lower one first" + ("" if self.target is None else " and the target between them")
+            raise InputError(f"the limits {self.low:g} and {self.high:g} were given{between}: expected {expected}")
         if not all(np.isfinite(w) and w > 0 for w in (*self.weights, self.importance)):
             raise InputError(
                 f"weights {self.weights[0]:g}, {self.weights[1]:g} and importance {self.importance:g}: expected "

@@ -236,7 +236,7 @@ def _best_assured(wanted: Wanted, points) -> Assured:
 
 def _limit_at(predicted: float, response, goal: Goal, points) -> float | None:
     """The limit of what is acceptable on which a prediction lies, within rounding."""
-    near = LIMIT_REACHED * float(np.ptp(response.predict(points)))
+    near = LIMIT_REACHED * response.spread(points)
     return next((end for end in goal.accepted if np.isfinite(end) and abs(predicted - end) <= near), None)
 
 
@@ -266,7 +266,7 @@ def _pieces(wanted: Wanted, points, inside, best) -> list[Piece]:
 
 def _extents(wanted: Wanted, points, inside, best, allowed=lambda x: True) -> list[Extent]:
     """Range of every factor on the set, or on the piece of it that is allowed: the sample's ends, pushed outwards."""
-    scales = [max(1e-300, float(np.ptp(response.predict(points)))) for response, _ in wanted]
+    scales = [response.spread(points) for response, _ in wanted]
 
     def fine(x) -> bool:
         pairs = zip(wanted, scales, strict=True)

@@ -80,10 +80,11 @@ def _compared(coded: np.ndarray, plan: np.ndarray, words: np.ndarray) -> Departu
     counts = differs.sum(axis=1)
     sign, least = counts.argmin(axis=0), counts.min(axis=0)  # (factor, planned factor)
     own = np.arange(coded.shape[1])
-    rows, columns = linear_sum_assignment(least)
-    if least[rows, columns].sum() <= STRAY_CELLS < least[own, own].sum() - len(coded) // 4:
-        own = columns
-    elif least[own, own].sum() > MOST_CELLS * coded.size:
+    under = linear_sum_assignment(least)[1]
+    as_headed, exchanged = least[own, own].sum(), least[own, under].sum()
+    if exchanged <= STRAY_CELLS and as_headed - exchanged > len(coded) / 4:
+        own = under
+    elif as_headed > MOST_CELLS * coded.size:
         return None
     cells = [
         (int(run), factor, float(mirrored[sign[factor, planned], run, planned]))

@@ -46,6 +46,10 @@ class Transformation:
         safe = np.where(transformed > 0, transformed, 1.0)
         return np.where(transformed > 0, safe ** (1 / self.power), beyond)
 
+    def holds(self, transformed):
+        """Whether a transformed response z lies in the range of the power, that is, whether there is a y of it."""
+        return np.asarray(transformed, dtype=float) > (-np.inf if self.power == 0 else 0.0)
+
     def slope_back(self, transformed):
         """dy/dz; 0 where z has left the range of the power."""
         transformed = np.asarray(transformed, dtype=float)
@@ -56,8 +60,9 @@ class Transformation:
 
     def name_of(self, response: str) -> str:
         """The transformed response's name: ln(y), sqrt(y), 1/y, y^2."""
-        named = {0.0: f"ln({response})", 0.5: f"sqrt({response})", -1.0: f"1/{response}"}
-        return named.get(self.power, f"{response}^{self.power:g}")
+        bracketed = f"({response})" if set(response.partition("(")[0]) & set("/*^+-") else response
+        named = {0.0: f"ln({response})", 0.5: f"sqrt({response})", -1.0: f"1/{bracketed}"}
+        return named.get(self.power, f"{bracketed}^{self.power:g}")
 
     def applied(self, table: DesignTable) -> DesignTable:
         """The table with its response transformed.
@@ -102,7 +107,7 @@ def advised(box_cox: BoxCox | None) -> str | None:
     """The word to give to --transform where the Box-Cox interval shuts 1 out; None where no transformation is needed.
 
     The logarithm where the interval holds 0, else the usual power in it that is nearest to the most likely one, else that
-    one itself.
+    one itself, with two decimals or as few as keep it in the interval and off 1.
     """
     if box_cox is None or box_cox.power is None or not box_cox.transformation_needed:
         return None
@@ -114,5 +119,6 @@ def advised(box_cox: BoxCox | None) -> str | None:
     elif usual:
         power = min(usual, key=lambda value: abs(value - box_cox.power))
     else:
-        power = round(box_cox.power, 2)
+        rounded = (round(box_cox.power, decimals) for decimals in range(2, 17))
+        power = next(power for power in rounded if low <= power <= high and power != 1)
     return next((word for word, value in NAMED.items() if value == power), f"{power:g}")

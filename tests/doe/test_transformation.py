@@ -108,7 +108,8 @@ def test_there_and_back(power):
     "box_cox, word",
     [
         (BoxCox(-0.06, -0.18, 0.06), "log"), (BoxCox(0.45, 0.3, 0.7), "sqrt"), (BoxCox(-1.2, -3, -0.4), "inverse"),
-        (BoxCox(0.27, 0.2, 0.35), "0.27"), (BoxCox(0.9, 0.2, 1.4), None), (BoxCox(4.0, 1.5, None), "2"), (None, None),
+        (BoxCox(0.27, 0.2, 0.35), "0.27"),
+        (BoxCox(1.202, 1.2003, 1.2044), "1.202"), (BoxCox(0.9984, 0.9981, 0.9987), "0.9984"), (BoxCox(0.9, 0.2, 1.4), None), (BoxCox(4.0, 1.5, None), "2"), (None, None),
         (BoxCox(-0.6, -1.43, 0.23), "log"),
         (BoxCox(None, None, None, 5.0), None),
     ],
