@@ -48,9 +48,12 @@ def comparison(compared: Comparison) -> dict:
         "where": [{**asdict(d), "words": drift_words(d)} for d in compared.drifts],
         "time_drift": [time_drift(one, compared) for one in compared.time_drifts],
         "noise_share": compared.noise_share,
+        "far_off_limit": compared.far_off,
+        "lone_row": lone_row(compared),
+        "replicates_over_sd": replicates_over_sd(compared),
         "needed_setup_percent": compared.needed_setup_percent,
         "units": compared.units,
-        "rows": [row_of(r, compared.units) for r in compared.rows],
+        "rows": [row_of(r) for r in compared.rows],
         "left_out": [
             {
                 "rig": row.rig,
@@ -86,10 +89,29 @@ def grade(compared: Comparison) -> dict:
     }
 
 
-def row_of(r: RowResidual, units: Mapping[str, str]) -> dict:
+def lone_row(compared: Comparison) -> dict | None:
+    """The row that alone keeps a model from fitting, and what is predicted for it without it."""
+    found = compared.lone_row
+    if found is None:
+        return None
+    own = next(r for r in compared.rows if r.row is found.row)
+    told = {**row_of(own), "predicted": found.predicted, "residual": found.row.value - found.predicted, "z": None}
+    return {**told, "grade": found.grade, "lack_of_fit_p": found.lack_of_fit_p, "unit": found.unit}
+
+
+def replicates_over_sd(compared: Comparison) -> dict[str, dict[str, float]]:
+    """{rig: {observable: how many times the stated sd its replicates scatter}}, where they contradict it."""
+    found: dict[str, dict[str, float]] = {}
+    for (rig, observable), times in compared.contradicted.items():
+        found.setdefault(rig, {})[observable] = float(times)
+    return found
+
+
+def row_of(r: RowResidual) -> dict:
     """A row beside its prediction, with every column of the file that the fit uses."""
     row = r.row
     return {
+        "line": row.line,
         "rig": row.rig,
         "observable": row.observable,
         "conditions": dict(row.conditions),
@@ -107,13 +129,13 @@ def row_of(r: RowResidual, units: Mapping[str, str]) -> dict:
         "uncertainty": r.uncertainty,
         "uncertainty_readings": r.readings,
         "uncertainty_simulations": r.simulations,
-        "units": {name: units[name] for name in (row.observable, *row.conditions) if name in units},
+        "units": dict(r.units),
     }
 
 
-def worst_of(rows: Sequence[RowResidual], units: Mapping[str, str]) -> dict:
+def worst_of(rows: Sequence[RowResidual]) -> dict:
     """The row that is farthest off, and the same in words."""
-    told = [row_of(r, units) for r in rows]
+    told = [row_of(r) for r in rows]
     worst = max(told, key=misfit)
     return {**worst, "words": row_words(worst, told)}
 
@@ -184,7 +206,7 @@ def nearest_miss(diagnosed: Diagnosis) -> dict | None:
     return {
         **outcome(diagnosed.miss),
         "refused": diagnosed.miss.refused,
-        "worst_row": worst_of(diagnosed.miss.rows, diagnosed.comparison.units),
+        "worst_row": worst_of(diagnosed.miss.rows),
     }
 
 
@@ -195,7 +217,10 @@ def diagnosis(diagnosed: Diagnosis) -> dict:
         "verdict": diagnosed.verdict,
         "effects": list(compared.effects),
         "chi2": compared.chi2,
+        "fits": compared.judged,
         "fit": grade(compared),
+        "lone_row": lone_row(compared),
+        "replicates_over_sd": replicates_over_sd(compared),
         "missing": list(diagnosed.missing),
         "ranking": [
             {**asdict(s), "interval": list(s.interval) if s.interval else None, "units": units_of(compared, s.effect)}
@@ -205,7 +230,7 @@ def diagnosis(diagnosed: Diagnosis) -> dict:
         "present": present(compared),
         "rivals": [outcome(found) for found in diagnosed.outcomes],
         "nearest_miss": nearest_miss(diagnosed),
-        "worst_row": worst_of(compared.rows, compared.units),
+        "worst_row": worst_of(compared.rows),
         "holdout_p": compared.holdout_p,
         "holdout_contradicts": compared.holdout_contradicts,
         "holdout_limit_p": HELD_OUT_FAILS,
@@ -266,6 +291,8 @@ def refinement(refined: Refinement) -> dict:
         "unordered",
         "noise_share",
         "limited",
+        "undone_tested",
+        "lone_row",
     )
     return {
         "verdict": refined.verdict,

@@ -5,7 +5,6 @@ it comes from the replicates of the rig and observable, pooled; where there are 
 about the fit has to serve.
 """
 
-from collections import Counter
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
@@ -111,18 +110,23 @@ def whitener(cells: Sequence[Sequence[Measurement]], variance: np.ndarray) -> np
     return np.linalg.inv(np.linalg.cholesky(covariance + 1e-12 * np.diag(variance)))
 
 
+def shared_setups(rows: Sequence[Measurement]) -> list[list[int]]:
+    """Places of rows that share a set-up of one rig and observable, and with it the error of setting up, two or more each."""
+    of_setup: dict[tuple[str, str, str], list[int]] = {}
+    for k, row in enumerate(rows):
+        if row.setup and row.setup_sd > 0:
+            of_setup.setdefault((row.rig, row.observable, row.setup), []).append(k)
+    return [places for places in of_setup.values() if len(places) > 1]
+
+
 def covariance_of(cells: Sequence[Sequence[Measurement]], variance: np.ndarray) -> np.ndarray | None:
     """Covariance of cell means whose cells share set-ups, and with them the error of setting up; None where none do."""
     first = [cell[0] for cell in cells]
-    cells_in = Counter(row.setup for row in first)
-    if not any(row.setup and cells_in[row.setup] > 1 and row.setup_sd > 0 for row in first):
+    together = shared_setups(first)
+    if not together:
         return None
     covariance = np.diag(variance)
-    together: dict[tuple[str, str], list[int]] = {}
-    for k, row in enumerate(first):
-        if row.setup:
-            together.setdefault((row.setup, row.observable), []).append(k)
-    for members in together.values():
+    for members in together:
         setup_sd = np.array([first[k].setup_sd for k in members])
         covariance[np.ix_(members, members)] = np.outer(setup_sd, setup_sd)
     covariance[np.diag_indices(len(first))] = variance

@@ -8,13 +8,14 @@ several rigs share the rig itself), freed of what the calibration absorbs, again
 largest over all directions by Monte Carlo.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from pellet_study.criticism.calibration import CalibratedStudy, fit_study
 from pellet_study.criticism.constancy import Drift, constancy_tests
+from pellet_study.criticism.entries import LoneRow, doubted_constants, doubted_sd, doubted_units, far_off, lone_row
 from pellet_study.criticism.grades import Judgement, judged, tests_of
 from pellet_study.criticism.holdout import holdout_p, level_out_errors
 from pellet_study.criticism.intervals import IDENTIFIED, intervals_of
@@ -39,7 +40,8 @@ class Comparison:
     `converged`: did the fit settle within its rounds? `ranges` holds the free constants' ranges in the study, `range_shares`
     how much of them the 95 % intervals take before they are cut at the bounds; `units` are those declared, `left_out` rows
     that nothing is made of; `time_drifts` how readings go with the order in which they were taken, where that is known;
-    `noise_share` is the variance of the simulations over that of the readings, rig by rig.
+    `noise_share` is the variance of the simulations over that of the readings, rig by rig. Beyond `far_off` standard errors a row is farther off than the worst of so many; `lone_row` is that
+    which alone keeps the model from fitting; `contradicted` says how many times its stated sd the replicates of a rig scatter.
     """
 
     effects: tuple[str, ...]
@@ -67,6 +69,9 @@ class Comparison:
     left_out: tuple[Measurement, ...] = ()
     time_drifts: tuple[TimeDrift, ...] = ()
     noise_share: dict[str, float] = field(default_factory=dict)
+    far_off: float | None = None
+    lone_row: LoneRow | None = None
+    contradicted: dict[tuple[str, str], float] = field(default_factory=dict)
 
     @property
     def judgement(self) -> Judgement:
@@ -82,7 +87,7 @@ class Comparison:
     def judged(self) -> bool | None:
         """`fits`, or None where the data, or a fit that did not end, cannot say."""
         unsaid = self.lack_of_fit_p is None if self.fits else not self.converged
-        return None if unsaid else self.fits
+        return None if unsaid or self.chi2 is None else self.fits
 
     @property
     def holdout_contradicts(self) -> bool:
@@ -100,11 +105,13 @@ def compare(study: Study, state: CalibratedStudy | None = None, level_out: bool 
     stuck = tuple(name for name, at_bound in zip(names, fitted.at_bound, strict=True) if at_bound)
     loose = tuple(name for name in loose if name not in stuck)
     rows = row_residuals(state)
+    limit = far_off(state)
+    values = dict(zip(names, map(float, fitted.values), strict=True))
     comparison = Comparison(
         effects=tuple(study.effects),
         parameters={
             **{n: float(s.value) for n, s in model.settings.items()},
-            **dict(zip(names, map(float, fitted.values), strict=True)),
+            **values,
         },
         intervals=intervals,
         not_identified=loose,
@@ -117,8 +124,15 @@ def compare(study: Study, state: CalibratedStudy | None = None, level_out: bool 
         rows=rows,
         rms_error=rms_error(rows, "fit"),
         holdout_rms_error=rms_error(rows, "holdout"),
-        rms_error_unit=unit_of_rms(rows, study.units),
-        warnings=(*cells.warnings, *model.warnings, *warnings_of(state, stuck, loose)),
+        rms_error_unit=unit_of_rms(rows),
+        warnings=(
+            *cells.warnings,
+            *model.warnings,
+            *warnings_of(state, stuck, loose),
+            *doubted_units(state),
+            *doubted_sd(state),
+            *doubted_constants(state, values),
+        ),
         level_out_rms_error=level_out_errors(state) if level_out else None,
         rig_lack_of_fit_p=lack_by_rig(state),
         holdout_p=holdout_p(state, rows),
@@ -129,7 +143,11 @@ def compare(study: Study, state: CalibratedStudy | None = None, level_out: bool 
         left_out=study.left_out,
         time_drifts=time_drifts(state),
         noise_share=noise_shares(rows),
+        far_off=limit,
+        contradicted=dict(cells.contradicted),
     )
+    if level_out and comparison.judgement.grade != Grade.FITS:
+        comparison = replace(comparison, lone_row=lone_row(state, rows, limit))
     if comparison.judged and comparison.holdout_contradicts:
         worst = max(abs(r.z) for r in rows if r.row.split == "holdout" and r.z is not None)
         note = f"the rows held out contradict the model (p < {HELD_OUT_FAILS:g}, the worst is {worst:.1f} standard errors off)"
@@ -196,15 +214,15 @@ def declared_limits(state: CalibratedStudy, name: str) -> tuple[float, float]:
 
 
 def _one_observable(rows: Sequence[RowResidual]) -> bool:
-    return len({r.row.observable for r in rows}) == 1
+    return len({(r.row.observable, r.units.get(r.row.observable)) for r in rows}) == 1
 
 
-def unit_of_rms(rows: Sequence[RowResidual], units: Mapping[str, str]) -> str:
+def unit_of_rms(rows: Sequence[RowResidual]) -> str:
     """The unit of `rms_error`: the observable's, as declared, where there is but one, else standard uncertainties."""
     if not _one_observable(rows):
         return "standard uncertainties"
     observable = rows[0].row.observable
-    return units.get(observable, f"unit of {observable}")
+    return rows[0].units.get(observable, f"unit of {observable}")
 
 
 def rms_error(rows: Sequence[RowResidual], split: str) -> float | None:

@@ -16,13 +16,18 @@ from pellet_study.model.model import Case, Model
 # p over all directions together below which a constant drifts, and the model fails; the gate of `diagnose` has most of
 # the 5 % of alarms that nothing hidden may raise
 DRIFT = 0.001
+BESIDE = 0.05  # p of what is left of a drift beside worse ones, below which it stands by itself
+SAME = 1e-3  # of a direction's square, what is its own beside others, from which on it is told from them
+NO_MORE = 2.0  # standard errors that a drift must be beyond another one to be told from it
 
 
 @dataclass(frozen=True)
 class Drift:
     """A calibrated constant that does not stay constant: z over one condition, p over all directions together.
 
-    `shape` is `rises`, `bends`, `differs` (of a rig from the others), or the word at which it differs from the others.
+    `shape` is `rises`, `bends`, `differs` (of a rig from the others), or the word at which it differs from the others. `alone` is
+    false where it only comes along with a larger one, `instead` names the conditions that changed along with its own, so that
+    these data do not tell which of them it is.
     """
 
     parameter: str
@@ -31,6 +36,8 @@ class Drift:
     shape: str
     z: float
     p: float
+    alone: bool = True
+    instead: tuple[str, ...] = ()
 
 
 def constancy_tests(
@@ -66,7 +73,45 @@ def constancy_tests(
         Drift(label.parameter, label.rig, label.condition, label.shape, float(v), exceedance(null, abs(v)))
         for label, v in zip(kept, z, strict=True)
     ]
-    return tuple(sorted(drifts, key=lambda d: -abs(d.z)))
+    return tuple(_apart(drifts, unit @ unit.T, null))
+
+
+def _apart(drifts: Sequence[Drift], alike: np.ndarray, null: np.ndarray) -> list[Drift]:
+    """The worst first; those that are nothing beyond a worse one are told from those that stand by themselves.
+
+    Parameters
+    ----------
+    alike : (k, k) correlations of their directions
+    null : draws of the largest |z| where nothing drifts
+    """
+    order = sorted(range(len(drifts)), key=lambda k: -abs(drifts[k].z))
+    z = np.array([d.z for d in drifts])
+    alone: list[int] = []
+    for k in order:
+        among = np.linalg.pinv(alike[np.ix_(alone, alone)], hermitian=True) @ np.column_stack(
+            [z[alone], alike[alone, k]]
+        )
+        rest = 1 - float(alike[k, alone] @ among[:, 1])
+        beyond = (z[k] - float(alike[k, alone] @ among[:, 0])) / np.sqrt(rest) if rest > SAME else 0.0
+        if not alone or exceedance(null, abs(beyond)) < BESIDE:
+            alone.append(k)
+    found = []
+    for k in order:
+        own = drifts[k]
+        others = [
+            drifts[m].condition
+            for m in order
+            if m not in alone and (drifts[m].rig, drifts[m].parameter) == (own.rig, own.parameter)
+            if drifts[m].condition not in (own.condition, "rig") and _no_more(z[k], z[m], float(alike[k, m]))
+        ]
+        found.append(replace(own, alone=k in alone, instead=tuple(dict.fromkeys(others)) if k in alone else ()))
+    return found
+
+
+def _no_more(z: float, other: float, alike: float) -> bool:
+    """Whether a drift is nothing beyond another one, so that either may be meant."""
+    rest = 1 - alike**2
+    return rest < SAME or abs(z - alike * other) < NO_MORE * np.sqrt(rest)
 
 
 def freed(fitted: Fit, direction: np.ndarray) -> tuple[Fit, float]:

@@ -131,7 +131,7 @@ def curves_named(state: CalibratedStudy, diagnosis: Diagnosis) -> list[dict]:
 def curves_at(state: CalibratedStudy, point: np.ndarray, effects: Sequence[str], comparison: Comparison) -> dict:
     """The curves at a point of a model; see `curves_of`."""
     model, rows = state.model, [r.row for r in comparison.rows]
-    uncertainties, units = reading_uncertainties(state), state.study.units
+    uncertainties = reading_uncertainties(state)
     panels = panels_of(rows)
     place = {key(case): k for k, case in enumerate(model.cases)}
     at_rows = model.predict(point).mean[0, [place[key(row)] for row in rows]]
@@ -154,7 +154,11 @@ def curves_at(state: CalibratedStudy, point: np.ndarray, effects: Sequence[str],
                 "rows": list(panel.rows),
                 "levels": list(panel.levels),
                 "uncertainties": [uncertainties[k] for k in panel.rows],
-                "units": {n: u for n, u in units.items() if n in (panel.observable, panel.condition, *panel.others)},
+                "units": {
+                    n: u
+                    for n, u in state.study.units_of(panel.rig).items()
+                    if n in (panel.observable, panel.condition, *panel.others)
+                },
                 "drawn": how,
                 "at": [x if isinstance(x, str) else _short(x) for x in at],
                 "predicted": [_short(y) for y in predicted],

@@ -6,6 +6,7 @@ import numpy as np
 from scipy import special
 
 from pellet_study.criticism.calibration import CalibratedStudy, covariance, part_of
+from pellet_study.criticism.cell_means import shared_setups
 from pellet_study.criticism.least_squares import fit, problem_of
 from pellet_study.criticism.residuals import RowResidual, identified_directions, misfit_unit, slopes_at
 from pellet_study.model.model import key
@@ -57,11 +58,7 @@ def distance(error: np.ndarray, own: np.ndarray, shared: np.ndarray) -> float:
 def _variance_of(held: Sequence[RowResidual]) -> tuple[np.ndarray, np.ndarray]:
     """Variance of rows by themselves (n,), and the standard deviation (n, set-ups) that those of one set-up share."""
     own = np.array([r.uncertainty**2 for r in held if r.uncertainty])
-    of_setup: dict[tuple[str, str, str], list[int]] = {}
-    for k, r in enumerate(held):
-        if r.row.setup and r.row.setup_sd > 0:
-            of_setup.setdefault((r.row.rig, r.row.observable, r.row.setup), []).append(k)
-    several = [rows for rows in of_setup.values() if len(rows) > 1]
+    several = shared_setups([r.row for r in held])
     shared = np.zeros((len(held), len(several)))
     for column, rows in enumerate(several):
         shared[rows, column] = [held[k].row.setup_sd for k in rows]

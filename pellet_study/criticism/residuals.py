@@ -1,7 +1,7 @@
 """Rows beside their predictions."""
 
-from collections.abc import Sequence
-from dataclasses import dataclass
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
 
 import numpy as np
 
@@ -18,7 +18,8 @@ class RowResidual:
 
     `uncertainty` is the row's own standard uncertainty, None if unknown. `z` is the residual over it, in a row held out over
     the root of the sum of its square and that of what the calibrated constants leave open of the prediction. `simulations` is
-    the part of the uncertainty that comes from simulations, 0 where none predict it.
+    the part of the uncertainty that comes from simulations, 0 where none predict it. `units` are those that its rig declares
+    for its observable and conditions.
     """
 
     row: Measurement
@@ -27,6 +28,7 @@ class RowResidual:
     z: float | None
     uncertainty: float | None
     simulations: float = 0.0
+    units: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def readings(self) -> float | None:
@@ -43,6 +45,7 @@ def row_residuals(state: CalibratedStudy) -> tuple[RowResidual, ...]:
     held = [place[key(row)] for row in study.rows if row.split == "holdout"]
     left_open = dict(zip(held, variance_by_constants(state, held), strict=True))
     residuals = []
+    units = {rig: study.units_of(rig) for rig in study.rigs}
     for k, row in enumerate(study.rows):
         c = place[key(row)]
         value = float(predicted.mean[0, c])
@@ -55,7 +58,8 @@ def row_residuals(state: CalibratedStudy) -> tuple[RowResidual, ...]:
             more = left_open[c] if row.split == "holdout" else 0.0
             z = float((row.value - value) / np.sqrt(total**2 + more))
         simulated = float(np.sqrt(predicted.variance[0, c]))
-        residuals.append(RowResidual(row, value, row.value - value, z, total, simulated))
+        own = {n: units[row.rig][n] for n in (row.observable, *row.conditions) if n in units[row.rig]}
+        residuals.append(RowResidual(row, value, row.value - value, z, total, simulated, own))
     return tuple(residuals)
 
 

@@ -13,8 +13,9 @@ import numpy as np
 from pellet_study.criticism.calibration import CalibratedStudy, fit_study, widened
 from pellet_study.criticism.compare import compare
 from pellet_study.criticism.diagnose import Diagnosis, diagnose
+from pellet_study.criticism.entries import lone_row
 from pellet_study.criticism.least_squares import fit, problem_of
-from pellet_study.criticism.verdicts import FittedToo, Undone, Verdict
+from pellet_study.criticism.verdicts import FittedToo, Grade, Undone, Verdict
 from pellet_study.model.model import Model, key
 from pellet_study.study.study import Study
 
@@ -25,6 +26,10 @@ NAMING = (Verdict.MISSING, Verdict.TIED)
 
 def examined(study: Study, state: CalibratedStudy, found: Diagnosis, gate: float) -> Diagnosis:
     """A diagnosis with what would change it."""
+    compared = found.comparison
+    if compared.lone_row is None and compared.judgement.grade != Grade.FITS:
+        lone = lone_row(state, compared.rows, compared.far_off)
+        found = replace(found, comparison=replace(compared, lone_row=lone))
     if found.verdict in (*NAMING, Verdict.UNEXPLAINED):
         tested = bool(
             state.cells.scale_known

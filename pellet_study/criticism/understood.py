@@ -36,7 +36,7 @@ def understood(study: Study) -> dict[str, Any]:
         "rigs": rigs,
         "parameters": _parameters(study),
         "effects": list(study.effects),
-        "candidates": [_candidate(study, name, noticed, rigs) for name in study.absent()],
+        "candidates": [_candidate(study, name, noticed) for name in study.absent()],
         "assumed": study.assumed,
         "advice": [*trouble, *_advice(study)],
         "warnings": list(study.remarks),
@@ -110,18 +110,11 @@ def _noticed(study: Study) -> tuple[dict[str, Any], list[str]]:
         return {}, [str(error)]
 
 
-def _candidate(study: Study, name: str, noticed: dict[str, Any], rigs: Sequence[dict]) -> dict[str, Any]:
+def _candidate(study: Study, name: str, noticed: dict[str, Any]) -> dict[str, Any]:
     """An absent effect: where it would show, and from which amount on."""
     effect, suspect = study.catalogue.effects[name], noticed.get(name)
     quantity = effect.parameters[effect.amount]
     acts_in = [rig for rig in study.rigs if name in study.catalogue.acting(rig)]
-    alike = [
-        f"{rig['rig']}.{condition['condition']}"
-        for rig in rigs
-        if rig["rig"] in acts_in
-        for condition in rig["conditions"]
-        if len(condition["levels"]) == 1
-    ]
     return {
         "effect": name,
         "means": effect.means,
@@ -132,7 +125,6 @@ def _candidate(study: Study, name: str, noticed: dict[str, Any], rigs: Sequence[
         "noticed_from": None if suspect is None else suspect.smallest_visible,
         "visible_percent": None if suspect is None else 100 * suspect.visible_share,
         "needs": _needs(study, suspect, noticed, acts_in),
-        "never_varied": alike,
     }
 
 

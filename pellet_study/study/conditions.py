@@ -12,6 +12,7 @@ from pellet_study.output.words import number
 from pellet_study.rigs.catalogue import Catalogue
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.ranges import refuse_beyond, unusual, unusual_parameter
+from pellet_study.study.spreads import unusual_sd
 
 SHOWN = 3  # groups of equal rows that are named
 
@@ -55,7 +56,7 @@ def _cases(rows: Sequence[Measurement]) -> dict[str, list[Measurement]]:
 
 
 def remarks(rows: Sequence[Measurement], catalogue: Catalogue, fixed: Mapping[str, float]) -> tuple[str, ...]:
-    """What to know of the rows before anything is computed: unusual values, equal rows.
+    """What to know of the rows before anything is computed: unusual values and standard deviations, equal rows.
 
     Parameters
     ----------
@@ -73,7 +74,7 @@ def remarks(rows: Sequence[Measurement], catalogue: Catalogue, fixed: Mapping[st
             known = [row.parameters[name] for row in of_rig if name in row.parameters]
             known += [fixed[name]] if name in fixed else []
             said.append((rig, unusual_parameter(name, quantity, known)))
-    return (*(f"{rig}: {words}" for rig, words in said if words), *_equal_rows(rows))
+    return (*(f"{rig}: {words}" for rig, words in said if words), *unusual_sd(rows), *_equal_rows(rows))
 
 
 def _equal_rows(rows: Iterable[Measurement]) -> list[str]:

@@ -56,14 +56,14 @@ def other_unit(
     low, high = within or usual(quantity)
     given = [value for value in values if value]
     unit = str(quantity.get("unit", ""))
-    for name, size in _other_units(unit).items():
+    for name, size in other_units(unit).items():
         if given and size >= least and all(low <= size * value <= high for value in given):
             first = f"{given[0]:.4g}"
             return f"; {first} {name} would be {size * given[0]:.4g}{_of(unit)}: is it given in {name}?"
     return ""
 
 
-def _other_units(unit: str) -> dict[str, float]:
+def other_units(unit: str) -> dict[str, float]:
     """Units that may have been meant for a declared one, with their size in it, the likelier first."""
     if unit in FORMS:
         return FORMS[unit]

@@ -66,12 +66,17 @@ class Study:
         """Units as declared: of parameters, conditions and observables of the rigs used and of those possible, and of effects as
         `effect.parameter`."""
         found: dict[str, str] = {}
-        for rig in (self.catalogue.rigs[name] for name in (*(self.possible or {}), *self.rigs)):
-            declared = {**rig.parameters, **rig.conditions}
-            found |= {name: q["unit"] for name, q in declared.items() if q.get("unit")} | dict(rig.units)
+        for rig in (*(self.possible or {}), *self.rigs):
+            found |= self.units_of(rig)
         for effect in self.catalogue.effects.values():
             found |= {f"{effect.name}.{name}": q["unit"] for name, q in effect.parameters.items() if q.get("unit")}
         return found
+
+    def units_of(self, rig: str) -> dict[str, str]:
+        """Units of a rig's parameters, conditions and observables, as it declares them: two rigs may differ in a name's."""
+        known = self.catalogue.rigs[rig]
+        declared = {**known.parameters, **known.conditions}
+        return {name: q["unit"] for name, q in declared.items() if q.get("unit")} | dict(known.units)
 
     @property
     def assumed_conditions(self) -> dict[str, dict[str, Condition]]:

@@ -1,0 +1,44 @@
+"""Standard deviations in measurements.csv that look like another unit, before anything is computed from them."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from pellet_study.study.measurements import Measurement
+
+ONE_OFF = (
+    20.0  # times the others' sd, and the others' share of the reading, from which one row's sd is said to stand out
+)
+LARGE, SMALL = 0.5, 1e-4  # of the readings: sds beyond are rarely those of a measurement
+
+
+def unusual_sd(rows: Sequence[Measurement]) -> list[str]:
+    """A sentence on the stated sds of every rig and observable that stand out, alone or all together."""
+    groups: dict[tuple[str, str], list[Measurement]] = {}
+    for row in rows:
+        if row.sd is not None and row.split != "leave_out":
+            groups.setdefault((row.rig, row.observable), []).append(row)
+    return [f"{rig}: {words}" for (rig, _), some in groups.items() for words in _of_group(some)]
+
+
+def _of_group(rows: Sequence[Measurement]) -> list[str]:
+    sd = np.array([row.sd for row in rows], dtype=float)
+    size = np.abs([row.value for row in rows])
+    ratio = sd.max() / size.max() if size.max() > 0 else 0.0
+    usual = float(np.median(sd) / size.max()) if size.max() > 0 else 0.0
+    found = []
+    for k, row in enumerate(rows if len(rows) > 3 else ()):
+        others = np.delete(np.arange(len(rows)), k)
+        times = sd[k] / np.median(sd[others])
+        share = times * np.median(size[others]) / max(size[k], 1e-300)
+        if min(times, share) > ONE_OFF or max(times, share) < 1 / ONE_OFF:
+            than = f"{times:.3g} times" if times > 1 else f"a {1 / times:.3g}th of"
+            found.append(f"line {row.line}: sd {sd[k]:g} is {than} that of the other rows: is it in another unit?")
+    if found:
+        return found
+    if usual > LARGE:
+        return [f"sd is as large as {ratio:.2g} times the largest reading, {size.max():g}: is sd in another unit?"]
+    if np.median(sd) < SMALL * np.median(size):
+        share = np.median(sd) / np.median(size)
+        return [f"sd is {share:.1g} of the readings: is sd in another unit, or one of rounding only?"]
+    return []
