@@ -14,7 +14,7 @@ import pellet_study
 from pellet_study import starting
 from pellet_study.commands import COMMANDS, EDITING, SIMULATING, simulating
 from pellet_study.errors import InputError, StudyError
-from pellet_study.files import opening, writing
+from pellet_study.files import opening, outputs, writing
 from pellet_study.output.terminal import complain
 from pellet_study.output.words import plain
 
@@ -57,6 +57,16 @@ def _check_folder(folder: Path | None) -> None:
         raise InputError(
             f"{folder}: you may not write there, and results go into the study; copy the study to a folder of your own"
         )
+
+
+def _check_results(arguments: argparse.Namespace) -> None:
+    """Refuse to replace what somebody else put where the results go before they are computed."""
+    study = getattr(arguments, "study", None)
+    if study is None:
+        return
+    figures = getattr(arguments, "figures", None)
+    where = study / "figures" if figures == Path() else figures  # --figures without a folder
+    outputs.check(arguments.command, getattr(arguments, "results", None) or study, where)
 
 
 def _check_json(file: Path | None) -> None:
@@ -130,6 +140,7 @@ def _answer(argv: list[str]) -> int:
     arguments = _parser(chosen).parse_args(argv)
     with writing.forced(arguments.force):
         _check_json(arguments.json)
+        _check_results(arguments)
     _check_folder(getattr(arguments, "study", None))
     if arguments.command in SIMULATING:
         simulating.hand_on(arguments)

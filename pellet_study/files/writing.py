@@ -201,7 +201,7 @@ def is_picture(there: bytes, content: bytes = b"") -> bool:
     return there.startswith(PNG)
 
 
-def _is_figure(there: bytes, content: bytes) -> bool:
+def is_figure(there: bytes, content: bytes = b"") -> bool:
     """Whether a PNG has the parts of our figures: a size, a density, the picture."""
     if not there.startswith(PNG):
         return False
@@ -231,7 +231,7 @@ def _shares_lines(there: bytes, content: bytes, least: int) -> bool:
 
 def _ours(suffix: str) -> Callable[[bytes, bytes], bool]:
     """How what an earlier call wrote is known, by the ending of its name."""
-    by_ending = {".json": is_answer, ".png": _is_figure, ".csv": _same_columns, ".xlsx": nothing}
+    by_ending = {".json": is_answer, ".png": is_figure, ".csv": _same_columns, ".xlsx": nothing}
     return by_ending.get(suffix, partial(_shares_lines, least=LEAST_LINE.get(suffix, 12)))
 
 

@@ -15,6 +15,7 @@ from dask_jobqueue.slurm import SLURMJob
 from distributed import Security, Status
 
 from pellet_study.errors import InputError
+from pellet_study.files import writing
 
 log = logging.getLogger(__name__)
 SETTINGS = "~/.config/dask/jobqueue.yaml"
@@ -100,7 +101,7 @@ def _certificates(folder: Path) -> Security:
     files = {name: folder / f"{name}.pem" for name in ("ca_file", "cert", "key")}
     for name, file in files.items():
         file.touch(mode=0o600)
-        file.write_text(made[name])
+        writing.text(file, made[name])
     ends = {
         f"tls_{role}_{name}": str(files[name]) for role in ("client", "scheduler", "worker") for name in ("cert", "key")
     }

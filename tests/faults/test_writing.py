@@ -237,3 +237,30 @@ def test_every_file_is_opened_and_written_in_the_one_way():
         if WRITES.search(line) or READS.search(line)
     }
     assert found.keys() <= BY_ITSELF.keys(), {name: line for name, line in found.items() if name not in BY_ITSELF}
+
+
+@pytest.mark.parametrize("name", ["compare.txt", "compare.json", "figures/readings.png"])
+def test_what_somebody_else_wrote_is_refused_before_the_work(study, name, monkeypatch, capsys):
+    from pellet_study.api import criticism
+
+    monkeypatch.setattr(criticism, "compare", lambda *_, **__: pytest.fail("it was computed first"))
+    (study / "figures").mkdir(exist_ok=True)
+    (study / name).write_text("my own notes\n")
+    assert main(["compare", str(study), "--figures"]) == 2
+    assert f"{study / name}: is there already" in capsys.readouterr().err
+    assert (study / name).read_text() == "my own notes\n"
+
+
+def test_what_the_program_wrote_is_replaced_by_its_next_call(study, capsys):
+    for words in (["compare"], ["diagnose"], ["refine"], ["compare"], ["drop", "cohesion"], ["refine"]):
+        assert main([words[0], str(study), *words[1:]]) == 0, capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "folder", sorted(file.parent for file in (ROOT / "results").glob("*/study.toml")), ids=lambda f: f.name
+)
+def test_committed_results_are_known_as_the_program_s(folder):
+    from pellet_study.files import outputs
+
+    for name in outputs.WRITTEN:
+        outputs.check(name, folder, folder / "figures")
