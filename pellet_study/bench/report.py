@@ -50,7 +50,7 @@ def write_runs(runs: Sequence[pd.DataFrame], file: Path) -> None:
     writing.table(file, together)
 
 
-def write(results: Sequence[BenchResult], folder: Path, contact_law: str) -> str:
+def write(results: Sequence[BenchResult], folder: Path, contact_law: str, at_contact: bool = False) -> str:
     """Write sweeps, calibration, figures and summary into the study; returns the summary."""
     table = []
     for stage in STAGES:  # what an earlier call with other measurements left
@@ -67,7 +67,7 @@ def write(results: Sequence[BenchResult], folder: Path, contact_law: str) -> str
         record.pop("coefficient_intervals")
         table.append({**record, "interval_low": low, "interval_high": high, **coefficients})
     writing.table(folder / "calibration.csv", pd.DataFrame(table), float_format="%.6g")
-    text = summary(results, contact_law)
+    text = summary(results, contact_law, at_contact)
     writing.text(folder / "summary.txt", text + "\n")
     return text
 

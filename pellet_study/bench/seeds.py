@@ -61,6 +61,7 @@ class Seeds:
     ----------
     parameters : the study's; one that is calibrated counts only where its own test has no reading
     effort : share of the seeds of `STAGES` that is simulated, for a quick look
+    damping_at_contact : 1 where the damper of the seed takes the mass effective at the contact, 0 its whole mass
     runs : every row asked for, call after call
     """
 
@@ -69,6 +70,7 @@ class Seeds:
     store: Path
     effort: float = 1.0
     quiet: bool = False
+    damping_at_contact: float = 0.0
     runs: list[pd.DataFrame] = field(default_factory=list, init=False)
 
     def number(self, full: int) -> int:
@@ -104,6 +106,7 @@ class Seeds:
             seed=seed,
             parameters={**{k: v for k, v in self.parameters.items() if k in known}, **setting},
             conditions=reading.conditions,
+            numerics={"damping_at_contact": self.damping_at_contact},
         )
 
 

@@ -7,6 +7,8 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from pellet_study.bench.parabola import fit_parabola
+from pellet_study.bench.printed import measured
 from pellet_study.bench.seeds import Mean, mean_over_seeds
 from pellet_study.bench.stages import STAGES
 from pellet_study.paper import printed as paper
@@ -128,6 +130,42 @@ def omissions_table(store: Path, quiet: bool = False) -> pd.DataFrame:
     )
 
 
+def restitution_table(store: Path, quiet: bool = False, seeds: int = 256) -> pd.DataFrame:
+    """What the mass that the damper takes does to the rebound, and to the a1 that meets the paper's reading.
+
+    Columns: the paper's levels of a1, mean rebound and its standard error where the damper takes the seed's whole mass (e for
+    central impacts) and the mass effective at the contact (e at every contact), the second over the first, percent. Below, a1
+    by either, and its change.
+    """
+    stage = STAGES[0]
+    levels, conventions = stage.levels, (0.0, 1.0)
+    settings: list[Setting] = [
+        (stage.rig, NO_FRICTION | {stage.parameter: level}, {}, {"damping_at_contact": convention}, seeds)
+        for convention in conventions
+        for level in levels
+    ]
+    found = means(settings, store, quiet)
+    whole, effective = found[: len(levels)], found[len(levels) :]
+    rows: list[dict[str, object]] = [
+        {
+            "a1": level,
+            "whole_mass_mm": one.value,
+            "whole_mass_standard_error": one.standard_error,
+            "at_contact_mm": other.value,
+            "at_contact_standard_error": other.standard_error,
+            "n": one.n,
+            "change_percent": 100 * (other.value / one.value - 1),
+        }
+        for level, one, other in zip(levels, whole, effective, strict=True)
+    ]
+    reading = measured(stage)
+    first, second = (fit_parabola(levels, [m.value for m in of]).root(reading) for of in (whole, effective))
+    change = None if first is None or second is None else 100 * (second / first - 1)
+    label = f"a1 that meets {reading:g} mm"
+    rows.append({"a1": label, "whole_mass_mm": first, "at_contact_mm": second, "change_percent": change})
+    return pd.DataFrame(rows)
+
+
 def apparatus_table(store: Path, quiet: bool = False, seeds: int = 16) -> pd.DataFrame:
     """Drop height, slope and release distance inferred: rms difference of our sweep from the paper's printed one.
 
@@ -190,4 +228,5 @@ TABLES = {
     "numerics": numerics_table,
     "omissions": omissions_table,
     "apparatus": apparatus_table,
+    "restitution_convention": restitution_table,
 }

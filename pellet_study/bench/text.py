@@ -8,9 +8,19 @@ from pellet_study.bench import printed
 from pellet_study.bench.chain import BenchResult
 from pellet_study.bench.parabola import Parabola
 
+CAUTION = [
+    "  a1 is of this law and not to be carried to another code: the damper takes the seed's whole mass, so that e holds for",
+    "  central impacts only; what the other convention does to a1: results/checks/restitution_convention.csv",
+]
 
-def summary(results: Sequence[BenchResult], contact_law: str) -> str:
-    """The calibration in words: each stage, the paper beside, what differs."""
+
+def summary(results: Sequence[BenchResult], contact_law: str, at_contact: bool = False) -> str:
+    """The calibration in words: each stage, the paper beside, what differs.
+
+    Parameters
+    ----------
+    at_contact : whether the damper takes the mass effective at the contact, so that e holds at each
+    """
     lines = [f"Bench calibration, contact law {contact_law}, one stage after the other as in the paper", ""]
     lines.append("test               ours      95 % interval  paper     verification         error")
     for result in results:
@@ -28,6 +38,7 @@ def summary(results: Sequence[BenchResult], contact_law: str) -> str:
         )
     for result in results:
         lines += ["", *_details(result)]
+        lines += CAUTION if result.stage.rig == "rebound" and not at_contact else []
     lines += ["", *_joint(results)]
     return "\n".join(lines)
 

@@ -6,6 +6,7 @@ from pellet_study.commands.arguments import add_look, add_study, look_of, named,
 from pellet_study.commands.numbers import number
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say, warn
+from pellet_study.study.study import RESTITUTION_AT
 
 EPILOG = """\
 The measurements need a row of at least one of the rigs rebound, slope_slip and inclined_roll.
@@ -46,11 +47,12 @@ def run(arguments: argparse.Namespace) -> dict:
         {name: setting.value for name, setting in loaded.parameters.items()},
         arguments.study / ".store",
         effort=arguments.effort,
+        damping_at_contact=RESTITUTION_AT[loaded.restitution_at],
     )
     results = calibrate(seeds, measured)
     assumed = say_assumed(loaded)
     with look_of(arguments):
-        say(report.write(results, arguments.study, seeds.contact_law))
+        say(report.write(results, arguments.study, seeds.contact_law, loaded.restitution_at == "contact"))
     report.write_runs(seeds.runs, arguments.study / "runs.csv")
     last = results[-1]
     if last.value is None:

@@ -51,6 +51,7 @@ def comparison(compared: Comparison) -> dict:
         "far_off_limit": compared.far_off,
         "lone_row": lone_row(compared),
         "replicates_over_sd": replicates_over_sd(compared),
+        "cautions": compared.cautions,
         "needed_setup_percent": compared.needed_setup_percent,
         "units": compared.units,
         "rows": [row_of(r) for r in compared.rows],

@@ -40,8 +40,10 @@ class Comparison:
     `converged`: did the fit settle within its rounds? `ranges` holds the free constants' ranges in the study, `range_shares`
     how much of them the 95 % intervals take before they are cut at the bounds; `units` are those declared, `left_out` rows
     that nothing is made of; `time_drifts` how readings go with the order in which they were taken, where that is known;
-    `noise_share` is the variance of the simulations over that of the readings, rig by rig. Beyond `far_off` standard errors a row is farther off than the worst of so many; `lone_row` is that
-    which alone keeps the model from fitting; `contradicted` says how many times its stated sd the replicates of a rig scatter.
+    `noise_share` is the variance of the simulations over that of the readings, rig by rig. Beyond `far_off` standard errors
+    a row is farther off than the worst of so many; `lone_row` is that which alone keeps the model from fitting;
+    `contradicted` says how many times its stated sd the replicates of a rig scatter; `cautions` are what the rigs declare
+    that a constant may not be taken for.
     """
 
     effects: tuple[str, ...]
@@ -72,6 +74,7 @@ class Comparison:
     far_off: float | None = None
     lone_row: LoneRow | None = None
     contradicted: dict[tuple[str, str], float] = field(default_factory=dict)
+    cautions: dict[str, str] = field(default_factory=dict)
 
     @property
     def judgement(self) -> Judgement:
@@ -145,6 +148,7 @@ def compare(study: Study, state: CalibratedStudy | None = None, level_out: bool 
         noise_share=noise_shares(rows),
         far_off=limit,
         contradicted=dict(cells.contradicted),
+        cautions=cautions_of(state),
     )
     if level_out and comparison.judgement.grade != Grade.FITS:
         comparison = replace(comparison, lone_row=lone_row(state, rows, limit))
@@ -175,6 +179,14 @@ def warnings_of(state: CalibratedStudy, stuck: Sequence[str], loose: Sequence[st
         if setting.free and name not in state.model.column:
             warnings.append(f"{name} is free, but acts in none of the rigs used")
     return warnings
+
+
+def cautions_of(state: CalibratedStudy) -> dict[str, str]:
+    """What must be known of a constant before it is used elsewhere, as the rigs used declare it."""
+    if state.study.restitution_at != "centre":
+        return {}
+    declared = {n: q for rig in state.study.rigs for n, q in state.study.catalogue.rigs[rig].parameters.items()}
+    return {n: declared[n]["caution"] for n in state.model.settings if "caution" in declared.get(n, {})}
 
 
 def ranges_of(state: CalibratedStudy) -> dict[str, tuple[float, float]]:

@@ -186,6 +186,7 @@ def constants(comparison: dict) -> list[Constant]:
         limits = comparison["intervals"].get(name)
         remarks = [not_identified(comparison, name)] if name in comparison["not_identified"] else []
         remarks += ["at its bound"] if name in comparison["at_bound"] else []
+        remarks += [comparison["cautions"][name]] if name in (comparison.get("cautions") or {}) else []
         rows.append(Constant(name, value, None if limits is None else (limits[0], limits[1]), tuple(remarks)))
     return rows
 

@@ -19,7 +19,7 @@ from pellet_study.rigs.on_yade import case
 from pellet_study.simulation import dispatch, yade
 from pellet_study.simulation.local import TOOK_LONGER
 from pellet_study.simulation.store import Store
-from pellet_study.study.study import SCALINGS, Study
+from pellet_study.study.study import RESTITUTION_AT, SCALINGS, Study
 
 COLUMNS = ("key", "observable", "mean", "sd", "n", "lost", "reason")
 Key = tuple[str, str]  # hash of what the mean depends on, observable
@@ -48,7 +48,10 @@ class Means:
 
     def __init__(self, study: Study, store: Path, workers: int | None = None, quiet: bool = False):
         self.rigs, self.law = study.catalogue.rigs, study.contact_law
-        self.numerics = {"surface_energy_exponent": SCALINGS[study.surface_energy_scaling]}
+        self.numerics = {
+            "surface_energy_exponent": SCALINGS[study.surface_energy_scaling],
+            "damping_at_contact": RESTITUTION_AT[study.restitution_at],
+        }
         self.store, self.workers, self.quiet = Path(store), workers, quiet
         self.simulated, self.spent_s = 0, 0.0  # so far: simulations, seconds of all processors
         self._each: dict[str, list[float]] = {}  # of a rig: seconds of processors, simulations

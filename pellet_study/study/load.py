@@ -14,7 +14,7 @@ from pellet_study.study.checked_code import check_on_rows
 from pellet_study.study.conditions import check_conditions, remarks
 from pellet_study.study.measurements import Measurement, read, refuse_sizes
 from pellet_study.study.ranges import refuse_beyond, unusual_parameter
-from pellet_study.study.study import SCALINGS, SEEDS_BY, Possible, Setting, Study, check, settings
+from pellet_study.study.study import RESTITUTION_AT, SCALINGS, SEEDS_BY, Possible, Setting, Study, check, settings
 from pellet_study.study.user_code import catalogue_of
 from pellet_study.study.values import choice, setting, table, text, words
 from pellet_study.tables.rows import STRAY, stray_return
@@ -29,6 +29,7 @@ KEYS = (
     "effects",
     "possible",
     "surface_energy_scaling",
+    "restitution_at",
     "effort",
     "seeds_by",
 )
@@ -100,6 +101,7 @@ def assembled(
         possible=possible,
         contact_law=law,
         surface_energy_scaling=choice(file, given, "surface_energy_scaling", SCALINGS) or "bond_number",
+        restitution_at=choice(file, given, "restitution_at", RESTITUTION_AT) or "centre",
         effort=setting(f"{file}: effort", given.get("effort", 1.0), EFFORT).value,
         seeds_by=choice(file, given, "seeds_by", SEEDS_BY) or "setting",
         folder=folder,

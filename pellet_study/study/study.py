@@ -14,6 +14,9 @@ SEEDS_BY = ("setting", "place")  # of a heap that `calibrate` asks for; by its p
 SCALINGS = {"bond_number": 2.0, "none": 0.0}  # exponent of the amplification in the surface energy
 
 
+RESTITUTION_AT = {"centre": 0.0, "contact": 1.0}  # damping_at_contact of the bench rigs on YADE
+
+
 @dataclass(frozen=True)
 class Setting:
     """A parameter's value; free to be calibrated between `low` and `high` unless these are None."""
@@ -34,7 +37,9 @@ class Study:
 
     `parameters` holds those named in [parameters]; `effects` those present, each with a Setting for every parameter;
     `candidates` is None where any effect that acts in the rigs may be considered; `possible` maps a rig to
-    {condition: (min, max) or words} of what could be measured next; `effort` multiplies the number of simulations; `seeds_by`
+    {condition: (min, max) or words} of what could be measured next; `restitution_at` is "centre" where the
+    damper of a seed takes its whole mass, so that e holds for central impacts, "contact" where it takes the mass effective at
+    the contact, so that e holds at each; `effort` multiplies the number of simulations; `seeds_by`
     says what the seeds of `calibrate` belong to; `library` is the folder of shared effects and rigs that it was loaded with.
     `left_out` are rows of split `leave_out`, each with its reason: they are shown and used for nothing, so that `rows` does
     not have them. `remarks` are what to know of the rows and values before anything is computed.
@@ -49,6 +54,7 @@ class Study:
     possible: Mapping[str, Mapping[str, Possible]] | None = None
     contact_law: str | None = None
     surface_energy_scaling: str = "bond_number"
+    restitution_at: str = "centre"
     effort: float = 1.0
     seeds_by: str = "setting"
     folder: Path | None = None
