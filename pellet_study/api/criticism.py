@@ -19,6 +19,7 @@ from pellet_study.criticism.diagnose import GATE
 from pellet_study.criticism.diagnose import diagnose as rank
 from pellet_study.criticism.refine import refine as refine_study
 from pellet_study.criticism.robustness import examined
+from pellet_study.criticism.spread import scatters
 from pellet_study.errors import InputError
 from pellet_study.output.words import nearest, number
 from pellet_study.study import history
@@ -46,7 +47,7 @@ def compare(study: Study, *, write: bool = False) -> Comparison:
     False
     """
     state = fit_study(study)
-    found = compare_rows(study, state, level_out=True)
+    found = replace(compare_rows(study, state, level_out=True), scatters=scatters(state))
     found = replace(found, warnings=(*found.warnings, *outlying.told(study, _compared)))
     answer = {
         **answers.comparison(found),
@@ -191,6 +192,7 @@ def refine(study: Study, *, write: bool = False, budget: float = BUDGET) -> Refi
     ended = found.diagnoses[-1]
     ended = replace(ended, warnings=(*ended.warnings, *outlying.told(study, _refined)))
     found = replace(found, diagnoses=(*found.diagnoses[:-1], ended))
+    found = replace(found, steps=(*found.steps[:-1], replace(found.steps[-1], scatters=scatters(found.state))))
     answer = {**answers.refinement(found), "assumed": found.study.assumed}
     interpolation = answers.check_surface(answer, found.state)
     answer["diagnoses"][0]["by_level"] = by_level(found.first, found.diagnoses[0])

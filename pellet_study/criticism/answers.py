@@ -8,7 +8,7 @@ from pellet_study.criticism.calibration import CalibratedStudy, surface_error
 from pellet_study.criticism.compare import HELD_OUT_FAILS, Comparison
 from pellet_study.criticism.diagnose import Diagnosis
 from pellet_study.criticism.facts import misfit
-from pellet_study.criticism.fit_facts import drift_words, row_words, time_drift_words
+from pellet_study.criticism.fit_facts import drift_words, row_words, scatter_words, time_drift_words
 from pellet_study.criticism.grades import RULE
 from pellet_study.criticism.near_misses import Drifting
 from pellet_study.criticism.next_measurement import NextMeasurement
@@ -52,6 +52,10 @@ def comparison(compared: Comparison) -> dict:
         "lone_row": lone_row(compared),
         "replicates_over_sd": replicates_over_sd(compared),
         "cautions": compared.cautions,
+        "scatter": [
+            {**asdict(one), "judgement": one.judgement or None, "words": scatter_words(one)}
+            for one in compared.scatters
+        ],
         "needed_setup_percent": compared.needed_setup_percent,
         "units": compared.units,
         "rows": [row_of(r) for r in compared.rows],

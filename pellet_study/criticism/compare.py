@@ -22,6 +22,7 @@ from pellet_study.criticism.intervals import IDENTIFIED, intervals_of
 from pellet_study.criticism.lack_of_fit import absorbed_basis, lack_by_rig, lack_of_fit, needed_setup
 from pellet_study.criticism.least_squares import ROUNDS
 from pellet_study.criticism.residuals import RowResidual, noise_shares, row_residuals
+from pellet_study.criticism.spread import Scatter
 from pellet_study.criticism.time_drift import TimeDrift, time_drifts
 from pellet_study.criticism.verdicts import Grade
 from pellet_study.study.measurements import Measurement
@@ -43,7 +44,8 @@ class Comparison:
     `noise_share` is the variance of the simulations over that of the readings, rig by rig. Beyond `far_off` standard errors
     a row is farther off than the worst of so many; `lone_row` is that which alone keeps the model from fitting;
     `contradicted` says how many times its stated sd the replicates of a rig scatter; `cautions` are what the rigs declare
-    that a constant may not be taken for.
+    that a constant may not be taken for; `scatters` hold the scatter of readings against that of simulations at the
+    calibrated point, where that was looked for.
     """
 
     effects: tuple[str, ...]
@@ -75,6 +77,7 @@ class Comparison:
     lone_row: LoneRow | None = None
     contradicted: dict[tuple[str, str], float] = field(default_factory=dict)
     cautions: dict[str, str] = field(default_factory=dict)
+    scatters: tuple[Scatter, ...] = ()
 
     @property
     def judgement(self) -> Judgement:

@@ -13,6 +13,7 @@ from pellet_study.criticism.constancy import Drift
 from pellet_study.criticism.facts import misfit, varying
 from pellet_study.criticism.grades import DOUBTFUL
 from pellet_study.criticism.intervals import IDENTIFIED
+from pellet_study.criticism.spread import Scatter
 from pellet_study.criticism.time_drift import TimeDrift
 from pellet_study.criticism.verdicts import Grade
 from pellet_study.output.words import number, probability
@@ -132,6 +133,15 @@ def noise_words(comparison: dict) -> str:
         ]
         said.append(f"{rig} {parts[0]} from readings, {parts[1]} from simulations (noise share {number(share, 2)})")
     return "; ".join(said)
+
+
+def scatter_words(found: Scatter) -> str:
+    """`rebound_height_mm (rebound): readings scatter by 48 %, simulations from seed to seed by 21 %, p < 0.001: too regular`."""
+    said = (
+        f"{found.observable} ({found.rig}): a reading scatters by {100 * found.measured:.2g} %, a simulation by "
+        f"{100 * found.simulated:.2g} % from seed to seed, p {probability(found.p)}"
+    )
+    return f"{said}: the model is {found.judgement}" if found.judgement else said
 
 
 def failures(comparison: dict) -> list[str]:

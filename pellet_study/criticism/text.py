@@ -73,6 +73,7 @@ def fit_lines(comparison: dict) -> list[str]:
             f"       rms error {error_words(comparison['rms_error'], comparison['rms_error_unit'])}"
             f"{'' if held_out is None else f'; held out {number(held_out, 3)}'}"
         )
+    lines += [f"       scatter: {one['words']}" for one in comparison["scatter"]]
     if comparison["holdout_p"] is not None:
         lines.append(f"       rows held out: {fit_facts.held_out_words(comparison)}")
     return lines

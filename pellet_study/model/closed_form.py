@@ -28,6 +28,10 @@ class ClosedForm:
 
     directly = predict
 
+    def spread(self, requests: Sequence[Request]) -> list[tuple[np.ndarray, np.ndarray]]:
+        """No scatter, known with no degrees of freedom."""
+        return [(np.zeros(1), np.zeros(1)) for _ in requests]
+
     def _means(self, request: Request) -> np.ndarray:
         """Means of a request; points with the same effects present are answered together, without the others."""
         predict, effects = (

@@ -32,7 +32,8 @@ class Engine(Protocol):
     `step` is the finite-difference step it can resolve, as a share of a parameter's range; `levels` the number of
     values of a condition at which it can bear to be asked what the next measurement would show. `predict` gets all
     requests of a batch together and returns for each the means and the variances of these means, (m, k) arrays;
-    `directly` does so for one point without interpolating between simulations.
+    `directly` does so for one point without interpolating between simulations; `spread` tells how far one simulation there
+    scatters in relation to the mean, and with how many degrees of freedom that is known.
     `simulates` says that its answers come from simulations, whose means scatter; `failed` is what could not be simulated,
     a case or (case, effect), and why; `warnings` is what its user must know.
     """
@@ -55,3 +56,5 @@ class Engine(Protocol):
     def predict(self, requests: Sequence[Request]) -> list[tuple[np.ndarray, np.ndarray]]: ...
 
     def directly(self, requests: Sequence[Request]) -> list[tuple[np.ndarray, np.ndarray]]: ...
+
+    def spread(self, requests: Sequence[Request]) -> list[tuple[np.ndarray, np.ndarray]]: ...

@@ -143,6 +143,11 @@ class Model:
         """Predictions at one point, not by way of an engine's surfaces where it has any."""
         return self._asked(np.atleast_2d(point), lambda engine, requests: engine.directly(requests))
 
+    def spread(self, point: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Relative standard deviation of one simulation of each case at one point, and its degrees of freedom, 0 where unknown."""
+        found = self._asked(np.atleast_2d(point), lambda engine, requests: engine.spread(requests))
+        return found.mean[0], found.variance[0]
+
     def _asked(self, points: np.ndarray, ask: Callable) -> Prediction:
         present = {
             e: {p: points[:, self.column[f"{e}.{p}"], None] for p in self.study.catalogue.effects[e].parameters}

@@ -83,6 +83,15 @@ class Surrogate:
             answer.append((mean, scatter * link.slope(link.mu(mean)) ** 2 / BLOCKS))
         return answer
 
+    def spread(self, requests: Sequence[Request]) -> Answer:
+        """Relative standard deviations of one simulation at one point from seed to seed, and their degrees of freedom.
+
+        They are those of the simulations of `directly`, (1, cases) for each request; NaN and 0 where one seed makes a mean.
+        """
+        blocks = [self.plan.check_points(request) for request in requests]
+        found = iter(self.means.of([p for of in blocks for of_site in of for p in of_site], needed=False))
+        return [_spreads([[next(found) for _ in of_site] for of_site in of]) for of in blocks]
+
     def more(self, rig: str) -> None:
         """Take as many points of a rig again from now on as its surfaces had at first; those known are not simulated again."""
         self.plan.blocks[rig] = self.plan.blocks.get(rig, 1) + 1
@@ -212,3 +221,15 @@ class Surrogate:
 def _site_of(key: Site | OfEffect) -> Site:
     """The site of what could not be simulated."""
     return key if isinstance(key, Site) else key[0]
+
+
+def _spreads(blocks: Sequence[Sequence[Mean]]) -> tuple[np.ndarray, np.ndarray]:
+    """(1, k) relative standard deviations of one simulation, and their degrees of freedom, from blocks of seeds of k sites."""
+    spread, dof = np.full((1, len(blocks)), np.nan), np.zeros((1, len(blocks)))
+    for k, of_site in enumerate(blocks):
+        known = [mean for mean in of_site if mean.n > 1 and np.isfinite(mean.sd) and mean.mean]
+        dof[0, k] = sum(mean.n - 1 for mean in known)
+        if known:
+            squares = sum((mean.n - 1) * (mean.sd / mean.mean) ** 2 for mean in known)
+            spread[0, k] = np.sqrt(squares / dof[0, k])
+    return spread, dof
