@@ -4,6 +4,7 @@ Nothing is written unless `write=True`, which leaves in the study's folder what 
 Rigs on YADE simulate; finished simulations are kept in the folder's `.store`, so such a study needs a folder.
 """
 
+from collections.abc import Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -24,6 +25,8 @@ from pellet_study.errors import InputError
 from pellet_study.output.words import nearest, number
 from pellet_study.study import history
 from pellet_study.study.edit import erase_effect, write_effect
+from pellet_study.study.measured import measured as put_in
+from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import Setting, Study, check
 
 
@@ -168,13 +171,16 @@ def drop(study: Study, effect: str, *, write: bool = False) -> Comparison:
 BUDGET = 5.0  # minutes of a processor, for more simulations where a verdict hangs on their scatter
 
 
-def refine(study: Study, *, write: bool = False, budget: float = BUDGET) -> Refinement:
+def refine(
+    study: Study, *, write: bool = False, budget: float = BUDGET, measured: Sequence[Measurement] = ()
+) -> Refinement:
     """Compare, diagnose, add, again, until the verdict is adequate, tied or unexplained.
 
     Parameters
     ----------
     budget : minutes of a processor that may go into more simulations where a verdict hangs on the scatter of those there are;
         asked again, it goes on from what is stored
+    measured : rows of the study that are new since the last answer (`measure`), for the history
     write : put what was added into study.toml; leave refine.txt, refine.json, compare.txt, compare.json and the history
 
     Raises
@@ -200,6 +206,8 @@ def refine(study: Study, *, write: bool = False, budget: float = BUDGET) -> Refi
         told["curves"] = [curves_of(found.first, compared)]
     for told, diagnosed in zip(answer["diagnoses"], found.diagnoses, strict=True):
         told["curves"] = curves_named(found.first, diagnosed)
+    if measured:
+        answer["steps"][0]["measured"] = [answers.measurement(row) for row in measured]
     page = text.refinement_page(study, found, answer["steps"])
     if write:
         folder = folder_of(study)
@@ -210,6 +218,16 @@ def refine(study: Study, *, write: bool = False, budget: float = BUDGET) -> Refi
         last = text.comparison_page(found.study, found.steps[-1])
         history.leave(folder, "compare", last, {**answer["steps"][-1], "assumed": found.study.assumed})
     return Refinement(answer, page, found.study, interpolation)
+
+
+def measure(folder: Path, file: Path, library: Path | None = None) -> tuple[Measurement, ...]:
+    """Put readings taken since, a file written as measurements.csv is, into a study's measurements; returns them.
+
+    Raises
+    ------
+    InputError : they cannot be used, alone or together with those there are; nothing is written then
+    """
+    return put_in(Path(folder), Path(file), library)
 
 
 def _compared(study: Study) -> str:

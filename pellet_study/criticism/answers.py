@@ -17,6 +17,7 @@ from pellet_study.criticism.refine import Refinement
 from pellet_study.criticism.residuals import RowResidual
 from pellet_study.criticism.time_drift import TimeDrift
 from pellet_study.output.words import number
+from pellet_study.study.measurements import Measurement
 
 SURFACE_FAILS = 0.005  # p of the direct simulations below which the surfaces are doubted; chance does so once in 200
 
@@ -135,6 +136,17 @@ def row_of(r: RowResidual) -> dict:
         "uncertainty_readings": r.readings,
         "uncertainty_simulations": r.simulations,
         "units": dict(r.units),
+    }
+
+
+def measurement(row: Measurement) -> dict:
+    """A row of the measurements, as the history keeps it."""
+    return {
+        "rig": row.rig,
+        "observable": row.observable,
+        "conditions": dict(row.conditions),
+        "value": row.value,
+        "n": row.n,
     }
 
 

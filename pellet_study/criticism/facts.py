@@ -85,7 +85,8 @@ class Proposal:
 
 @dataclass(frozen=True)
 class Step:
-    """A step of the ladder; errors in the unit of its answer, `level_out` {rig.condition: error of levels left out}."""
+    """A step of the ladder; errors in the unit of its answer, `level_out` {rig.condition: error of levels left out}; `measured`
+    are readings that were added before it, in words."""
 
     number: int
     effects: tuple[str, ...]
@@ -96,6 +97,7 @@ class Step:
     holdout_rms_error: float | None
     noise_floor: float | None
     level_out: Mapping[str, float]
+    measured: tuple[str, ...] = ()
 
 
 def model_name(effects: Sequence[str]) -> str:
@@ -201,9 +203,17 @@ def ladder(steps: Sequence[dict]) -> list[Step]:
             holdout_rms_error=step["holdout_rms_error"],
             noise_floor=step.get("noise_floor"),
             level_out=step.get("level_out_rms_error") or {},
+            measured=tuple(measured_words(row, step["rows"]) for row in step.get("measured") or []),
         )
         for number, step in enumerate(steps)
     ]
+
+
+def measured_words(row: dict, rows: Sequence[dict]) -> str:
+    """`layer_on_incline slip_angle_deg 41.2 at layer_height_mm 5`: a reading by what tells it from the others."""
+    changing = varying(rows).get(row["rig"]) or list(row["conditions"])
+    at = ", ".join(f"{name} {number(row['conditions'][name])}" for name in changing)
+    return f"{row['rig']} {row['observable']} {number(row['value'])}{' at ' + at if at else ''}"
 
 
 def errors(diagnosis: dict) -> list[dict]:

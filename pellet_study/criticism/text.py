@@ -300,6 +300,7 @@ def ladder(steps: Sequence[dict]) -> list[str]:
     """The error falling step by step."""
     lines = [f"{'step':>4s}{'chi2':>10s}{'dof':>5s}{'lack of fit p':>15s}{'rms':>9s}{'held out':>10s}  effects"]
     for step in facts.ladder(steps):
+        lines += [f"{'':6s}measured: {words}" for words in step.measured]
         lines.append(
             f"{step.number:4d}{number(step.chi2):>10s}{step.dof:5d}{probability(step.lack_of_fit_p):>15s}"
             f"{number(step.rms_error, 3):>9s}"

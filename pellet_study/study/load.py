@@ -62,6 +62,19 @@ def load(folder: Path, library: Path | None = None) -> Study:
     return assembled(given, rows, everything, file, folder, library)
 
 
+def measurements_of(folder: Path) -> Path:
+    """The file that a study's measurements are in.
+
+    Raises
+    ------
+    InputError : it is no study, or the file lies outside it
+    """
+    _refuse_no_folder(folder)
+    file = folder / "study.toml"
+    given = toml_in(file, "a study is a folder with study.toml and measurements.csv", explain=_stray)
+    return _inside(folder, file, text(file, given, "measurements", "measurements.csv"))
+
+
 def _refuse_no_folder(folder: Path) -> None:
     """A study is a folder: where a file of it is given, the folder is named."""
     if folder.is_file():
