@@ -41,7 +41,8 @@ class Jobs:
                 f"--scheduler slurm:{self.number}: there is no sbatch on the PATH; call it where jobs are submitted from "
                 "(a login node), or leave --scheduler away to simulate on this machine"
             )
-        self.submitted, self.refusals = [], []
+        self.submitted: list[str] = []
+        self.refusals: list[str] = []
         scheduler = dict(dask.config.get("jobqueue.slurm.scheduler-options", {}))
         interface = dask.config.get("jobqueue.slurm.interface", None)
         if not interface and not scheduler.keys() & {"host", "interface"}:
@@ -108,7 +109,7 @@ def _certificates(folder: Path) -> Security:
     return Security(require_encryption=True, tls_ca_file=str(files["ca_file"]), **ends)
 
 
-def _asking(submitted: list[str], refusals: list[str]) -> type[Any]:
+def _asking(submitted: list[str], refusals: list[str]) -> Any:
     """A kind of job that keeps what sbatch answered."""
 
     class Job(SLURMJob):
