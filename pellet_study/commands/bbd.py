@@ -210,7 +210,7 @@ def _check_goals(told: dict[str, argparse.Namespace]) -> None:
 
 def _joint(told: dict, each: dict, answer: dict, warnings: list[str], parts: list[str]):
     """The settings that meet the goals of all responses that have one."""
-    from pellet_study.doe import coded_box, text
+    from pellet_study.doe import coded_box, surface_text
     from pellet_study.doe.cautions import box_scale_cautions, scale_cautions
     from pellet_study.doe.joint_set import joint_set
     from pellet_study.doe.response_answers import joint_answer
@@ -220,7 +220,7 @@ def _joint(told: dict, each: dict, answer: dict, warnings: list[str], parts: lis
     found = joint_set([each[name].response for name in goals], list(goals.values()))
     parts.append(joint_text(found))
     if found.extrapolation:
-        warnings.append(text.EXTRAPOLATION)
+        warnings.append(surface_text.EXTRAPOLATION)
     points = coded_box.sample(len(found.factors))
     for part in found.parts:
         warnings += box_scale_cautions(part.response, points) or scale_cautions(part.response, found.coded)
@@ -263,7 +263,7 @@ def _validate(arguments, one, joint, answer: dict, parts: list[str]) -> None:
     only = not (arguments.response and arguments.ignore)  # else a margin without a name may be an ignored response's
     response = one.response.name
     path = margin_file(arguments)
-    from pellet_study.doe import answers, text, validation
+    from pellet_study.doe import answers, validation, validation_text
 
     if arguments.declare_margin is not None:
         if arguments.verify:
@@ -283,7 +283,7 @@ def _validate(arguments, one, joint, answer: dict, parts: list[str]) -> None:
     parts.append("the runs to validate with count for " + ", ".join(f"{n} {v:.5g}" for n, v in where.items()))
     answer["validated_at"] = where
     if arguments.target is None:
-        from pellet_study.doe.response_text import within_limits_text
+        from pellet_study.doe.validation_text import within_limits_text
 
         coded = [[float(f.coded(where[f.name])) for f in one.response.factors]]
         goal, predicted = goal_of(arguments, one.response), one.response.interval(coded)
@@ -298,7 +298,7 @@ def _validate(arguments, one, joint, answer: dict, parts: list[str]) -> None:
         target = validation.Sample(target.mean, sd, arguments.target_n)
     margin = validation.read_margin(path, response, only)
     found = validation.equivalence(runs, target, margin, arguments.alpha)
-    parts.append(text.equivalence_text(found))
+    parts.append(validation_text.equivalence_text(found))
     answer["validation"] = answers.equivalence_answer(found)
 
 

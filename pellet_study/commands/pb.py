@@ -135,23 +135,23 @@ class Screened:
 
 def _screened(own, table, ignore_runs) -> Screened:
     """The analysis of one response, with its climb and the runs made on it."""
-    from pellet_study.doe import answers, plackett_burman, text
+    from pellet_study.doe import answers, path_text, plackett_burman, screening_text
     from pellet_study.doe.cautions import climb_cautions
 
     screening = plackett_burman.analyse(table, own.alpha)
-    warnings = text.screening_warnings(screening)
+    warnings = screening_text.screening_warnings(screening)
     answer = {**answers.screening_answer(screening), "warnings": warnings}
     climb = _climb(own, screening)
     if climb:
         warnings += climb_cautions(climb, screening)
     runs, turning = _turning(own, screening, warnings, ignore_runs)
-    words = [text.screening_text(screening)]
+    words = [screening_text.screening_text(screening)]
     if climb:
         moved = {factor.name for factor in climb.factors}
-        words.append(text.climb_text(climb, [factor for factor in table.factors if factor.name not in moved]))
+        words.append(path_text.climb_text(climb, [factor for factor in table.factors if factor.name not in moved]))
         answer["climb"] = answers.climb_answer(climb)
     if turning:
-        words.append(text.turning_text(turning))
+        words.append(path_text.turning_text(turning))
         answer["turning"] = answers.turning_answer(turning)
     return Screened(screening, climb, answer, "\n\n".join(words), runs, turning)
 
@@ -213,13 +213,13 @@ def _next(screenings) -> str | None:
 def _design(arguments) -> dict:
     import numpy as np
 
-    from pellet_study.doe import blocking, plackett_burman
+    from pellet_study.doe import blocking, screening_designs
     from pellet_study.doe.factors import parse_factors
     from pellet_study.doe.run_sheet import run_sheet
 
     factors = parse_factors(arguments.design)
-    plain = plackett_burman.coded_matrix(len(factors), arguments.runs, arguments.centre)
-    coded = plackett_burman.with_words(plain, factors, arguments.blocks)
+    plain = screening_designs.coded_matrix(len(factors), arguments.runs, arguments.centre)
+    coded = screening_designs.with_words(plain, factors, arguments.blocks)
     blocks = blocking.screening_blocks(plain, arguments.blocks)
     matrix = np.column_stack([np.ones(len(coded)), coded])
     sheet = run_sheet(coded, factors, blocks, arguments.seed, response_columns(arguments), matrix)
@@ -277,7 +277,7 @@ def _turning(arguments, screening, warnings: list[str], ignore: list[list[str]])
 
 def _figures(own, one: Screened, prefix: str) -> list[str]:
     from pellet_study.doe import figures
-    from pellet_study.doe.box_behnken import diagnostics
+    from pellet_study.doe.run_diagnostics import diagnostics
 
     screening, climb, runs, turning = one.screening, one.climb, one.runs, one.turning
     table, unit = screening.table, own.unit

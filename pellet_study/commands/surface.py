@@ -27,13 +27,15 @@ def analysed(own: argparse.Namespace, table, joint: bool) -> Analysed:
     InputError
         As the fit, the reduction, the prediction and the target set do.
     """
-    from pellet_study.doe import answers, text
+    from pellet_study.doe import answers, surface_text
     from pellet_study.doe.fitted_response import FittedResponse
 
     response, parts, more = _fitted(own, table)
     surface = response.surface
-    parts.append(text.surface_text(surface))
-    found = Analysed(response, {**answers.surface_answer(surface), **more}, parts, text.surface_warnings(surface))
+    parts.append(surface_text.surface_text(surface))
+    found = Analysed(
+        response, {**answers.surface_answer(surface), **more}, parts, surface_text.surface_warnings(surface)
+    )
     reduced = _reduced(own, surface, found)
     if reduced is not surface:
         found.response = FittedResponse(response.name, reduced, response.transformation)
@@ -69,7 +71,7 @@ def _reduced(own, surface, found: Analysed):
     """The reduced model where one was asked for, else the full one."""
     if own.drop is None and own.reduce is None and not own.select:
         return surface
-    from pellet_study.doe import box_behnken, text
+    from pellet_study.doe import reduction, surface_text
     from pellet_study.doe.cautions import selection_cautions, suspect_cautions, suspects_first
     from pellet_study.doe.linear_model import resolve_terms
     from pellet_study.doe.response_answers import reduced_answer
@@ -78,9 +80,9 @@ def _reduced(own, surface, found: Analysed):
 
     selection = None
     dropped = resolve_terms(own.drop, surface.model.terms) if own.drop else []
-    reduced = box_behnken.without(surface, dropped) if dropped else surface
+    reduced = reduction.without(surface, dropped) if dropped else surface
     if own.reduce is not None:
-        reduced, more = box_behnken.reduce_backward(reduced, own.reduce)
+        reduced, more = reduction.reduce_backward(reduced, own.reduce)
         dropped += more
     if own.select:
         selection = select_by_aicc(surface)
@@ -89,8 +91,8 @@ def _reduced(own, surface, found: Analysed):
         found.warnings += suspects_first(surface, selection_cautions(reduced)) if dropped else []
     if dropped or not own.select:
         found.parts.append(
-            f"Reduced model, without {', '.join(dropped) or 'nothing'}{text.SELECTED if dropped else ''}\n\n"
-            + text.surface_text(reduced)
+            f"Reduced model, without {', '.join(dropped) or 'nothing'}{surface_text.SELECTED if dropped else ''}\n\n"
+            + surface_text.surface_text(reduced)
         )
         repeated = suspect_cautions(reduced) or suspect_cautions(
             surface
@@ -103,7 +105,7 @@ def _reduced(own, surface, found: Analysed):
 def _predict(own, found: Analysed) -> None:
     if not own.predict:
         return
-    from pellet_study.doe import answers, text
+    from pellet_study.doe import answers, surface_text, text
     from pellet_study.doe.cautions import scale_cautions
     from pellet_study.doe.factors import parse_levels
     from pellet_study.doe.response_text import back_transformed_text
@@ -124,17 +126,17 @@ def _predict(own, found: Analysed) -> None:
     else:
         found.parts.append(text.prediction_text(levels, predicted))
     if predicted.extrapolation:
-        found.warnings.append(text.EXTRAPOLATION)
+        found.warnings.append(surface_text.EXTRAPOLATION)
     found.warnings += scale_cautions(found.response, coded)
     found.answer["prediction"] = answers.interval_answer(predicted)
 
 
 def _target(own, found: Analysed) -> None:
-    from pellet_study.doe import answers, optimum, text
+    from pellet_study.doe import answers, optimum, surface_text
 
     target, uncertainty = one_number("target", own.target), one_number("uncertainty", own.uncertainty) or 0.0
     found.target_set = optimum.target_set(found.response.surface, target, uncertainty, own.rule)
-    found.parts.append(text.target_text(found.target_set))
+    found.parts.append(surface_text.target_text(found.target_set))
     if found.target_set.prediction.extrapolation:
-        found.warnings.append(text.EXTRAPOLATION)
+        found.warnings.append(surface_text.EXTRAPOLATION)
     found.answer["optimum"] = answers.target_answer(found.target_set)

@@ -2,10 +2,12 @@
 
 Imports go one way, left may be imported by right:
 
-    factors, blocks, published_designs, composite < columns, levels < design_table < linear_model < importance, lenth
-    < plackett_burman < box_behnken < coded_box, transformation, selection, goals < fitted_response < desirability
-    < pieces < joint_set < overlay, steepest_climb, optimum, validation, blocking, categorical
+    factors, blocks, published_designs, composite, raw_table < columns, levels, screening_designs < design_table
+    < linear_model < importance, lenth, box_cox, run_diagnostics < plackett_burman < box_behnken < reduction, standard_order
+    < coded_box, box_search, transformation, selection, goals < fitted_response < desirability < pieces < joint_set
+    < overlay, steepest_climb, optimum, validation, blocking, categorical
     < run_sheet, fold_over, augment, power < planned_table, repair, score
-    < standard_order < path_table, cautions, answers, labels < response_answers, figures/effects, figures/climbs, figures/residuals,
-    figures/sections < figures/contours, figures/regions < text < design_text, response_text
+    < path_table, cautions, answers, labels < response_answers, figures/effects, figures/climbs, figures/residuals,
+    figures/sections < figures/contours, figures/regions < text < screening_text, surface_text, path_text, validation_text
+    < design_text, response_text
 """

@@ -11,8 +11,8 @@ from itertools import combinations
 
 import numpy as np
 
-from pellet_study.doe.plackett_burman import coded_matrix
 from pellet_study.doe.published_designs import box_behnken_blocks
+from pellet_study.doe.screening_designs import coded_matrix
 from pellet_study.errors import InputError
 
 STARTS = 10

@@ -3,6 +3,7 @@
 import numpy as np
 
 from pellet_study.doe import coded_box
+from pellet_study.doe.box_search import between, minimise
 from pellet_study.doe.fitted_response import FittedResponse
 from pellet_study.doe.goals import Goal, overall
 
@@ -43,18 +44,7 @@ def most_desirable(wanted: Wanted) -> np.ndarray:
 
 def acceptable(wanted: Wanted, n_more: int = 0) -> list[dict]:
     """SLSQP's constraints that every prediction is acceptable, on (x, further variables)."""
-    return [c for response, goal in wanted for c in _between(response, *goal.accepted, n_more)]
-
-
-def minimise(objective, gradient, start, constraints, bounds=None) -> np.ndarray:
-    """A minimum under constraints, in the box unless other bounds are given, by SLSQP."""
-    from scipy.optimize import minimize
-
-    bounds = [(-1, 1)] * len(start) if bounds is None else bounds
-    options = {"maxiter": 500, "ftol": 1e-13}
-    return minimize(
-        objective, start, jac=gradient, bounds=bounds, constraints=constraints, method="SLSQP", options=options
-    ).x
+    return [c for response, goal in wanted for c in between(response, *goal.accepted, len(response.factors), n_more)]
 
 
 def _apart(points: np.ndarray) -> list[np.ndarray]:
@@ -101,20 +91,6 @@ def _flank(i: int, response, zero: float, one: float, weight: float, k: int, m: 
     }
 
 
-def _between(response, low: float, high: float, n_more: int = 0) -> list[dict]:
-    """The prediction between two values, each finite one a constraint that is not negative where it is met."""
-    k, rest = len(response.factors), np.zeros(n_more)
-    return [
-        {
-            "type": "ineq",
-            "fun": lambda z, sign=sign, end=end: sign * (response.predict(z[:k])[0] - end),
-            "jac": lambda z, sign=sign: np.concatenate([sign * response.gradient(z[:k])[0], rest]),
-        }
-        for sign, end in ((1, low), (-1, high))
-        if np.isfinite(end)
-    ]
-
-
 def _most_central(wanted: Wanted, best) -> np.ndarray:
     """Of the settings no less desirable in any response, which may form a set, one nearest to the centre."""
     constraints = acceptable([pair for pair in wanted if not pair[1].flanks])
@@ -122,7 +98,7 @@ def _most_central(wanted: Wanted, best) -> np.ndarray:
         y = float(response.predict(best)[0])
         for zero, one, _ in goal.flanks:
             reached = y if (y - one) * (one - zero) < 0 else one  # beyond the best end is no better than there
-            constraints += _between(response, *((reached, np.inf) if one > zero else (-np.inf, reached)))
+            constraints += between(response, *((reached, np.inf) if one > zero else (-np.inf, reached)), len(best))
     point = np.clip(minimise(lambda x: float(x @ x), lambda x: 2 * x, best, constraints), -1, 1)
     values = overall_desirability(wanted, np.vstack([point, best]))
     return point if values[0] > values[1] - AS_GOOD and point @ point < best @ best else best

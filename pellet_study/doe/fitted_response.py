@@ -6,6 +6,7 @@ import numpy as np
 
 from pellet_study.doe import coded_box
 from pellet_study.doe.box_behnken import Surface
+from pellet_study.doe.box_search import lowest_and_highest
 from pellet_study.doe.factors import Factor
 from pellet_study.doe.linear_model import Interval, interval
 from pellet_study.doe.transformation import Transformation
@@ -88,21 +89,4 @@ class FittedResponse:
 
     def predicted_range(self) -> tuple[float, float]:
         """Lowest and highest predicted response in the box [-1, 1]^k."""
-        from scipy.optimize import minimize
-
-        points = coded_box.sample(len(self.factors))
-        predicted, ends = self.predict(points), []
-        for sign in (1, -1):
-            starts = points[np.argsort(sign * predicted)[:3]]
-            found = [
-                minimize(
-                    lambda x, sign=sign: sign * self.predict(x)[0],
-                    start,
-                    jac=lambda x, sign=sign: sign * self.gradient(x)[0],
-                    bounds=[(-1, 1)] * len(start),
-                    method="L-BFGS-B",
-                ).x
-                for start in starts
-            ]
-            ends.append(sign * float(np.min(sign * self.predict(np.vstack([found, starts])))))
-        return ends[0], ends[1]
+        return lowest_and_highest(self, coded_box.sample(len(self.factors)))

@@ -9,8 +9,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from pellet_study.doe import coded_box
+from pellet_study.doe.box_search import minimise
 from pellet_study.doe.coded_box import Extent
-from pellet_study.doe.desirability import AS_GOOD, Wanted, acceptable, minimise, most_desirable, overall_desirability
+from pellet_study.doe.desirability import AS_GOOD, Wanted, acceptable, most_desirable, overall_desirability
 from pellet_study.doe.factors import Factor
 from pellet_study.doe.fitted_response import FittedResponse
 from pellet_study.doe.goals import Goal, overall

@@ -11,6 +11,7 @@ import numpy as np
 
 from pellet_study.doe import coded_box
 from pellet_study.doe.box_behnken import Surface
+from pellet_study.doe.box_search import between, lowest_and_highest, minimise
 from pellet_study.doe.linear_model import Interval, columns_of, interval
 from pellet_study.errors import InputError
 
@@ -117,7 +118,7 @@ def target_set(surface: Surface, target: float, uncertainty: float = 0.0, rule: 
     sample = coded_box.sample(len(surface.table.names))
     predicted = surface.model.predict(sample)
     distance = np.abs(predicted - target)
-    lowest, highest = (_extreme(surface, sample, predicted, sign) for sign in (1, -1))
+    lowest, highest = lowest_and_highest(surface.model, sample)
     reachable = lowest <= target <= highest
     within = lowest <= target + uncertainty and highest >= target - uncertainty
     coded = _recommended(surface, sample, distance, target, rule, reachable)
@@ -148,53 +149,10 @@ def target_set(surface: Surface, target: float, uncertainty: float = 0.0, rule: 
     )
 
 
-def _minimise(surface: Surface, objective, jacobian, start, target=None, uncertainty: float = 0.0) -> np.ndarray:
+def _least(surface: Surface, objective, jacobian, start, target=None, uncertainty: float = 0.0) -> np.ndarray:
     """A minimum of the objective over the box, within +- uncertainty of the target where one is given."""
-    from scipy.optimize import minimize
-
-    constraints = []
-    if target is not None and not uncertainty:
-        constraints = [_constraint(surface, "eq", 1, -target)]
-    elif target is not None:
-        constraints = [
-            _constraint(surface, "ineq", 1, uncertainty - target),
-            _constraint(surface, "ineq", -1, uncertainty + target),
-        ]
-    found = minimize(
-        objective,
-        np.clip(start, -1, 1),
-        jac=jacobian,
-        bounds=[(-1, 1)] * len(start),
-        constraints=constraints,
-        method="SLSQP",
-        options={"maxiter": 200, "ftol": 1e-12},
-    )
-    return np.clip(found.x, -1, 1)
-
-
-def _constraint(surface: Surface, kind: str, sign: int, offset: float) -> dict:
-    """sign * response + offset is 0 ("eq") or not negative ("ineq")."""
-    return {
-        "type": kind,
-        "fun": lambda x: sign * surface.model.predict(x)[0] + offset,
-        "jac": lambda x: sign * surface.model.gradient(x)[0],
-    }
-
-
-def _extreme(surface: Surface, sample, predicted, sign: int) -> float:
-    """Lowest (sign 1) or highest (sign -1) predicted response of the box."""
-    starts = sample[np.argsort(sign * predicted)[:3]]
-    found = [
-        _minimise(
-            surface,
-            lambda x: sign * surface.model.predict(x)[0],
-            lambda x: sign * surface.model.gradient(x)[0],
-            x,
-        )
-        for x in starts
-    ]
-    values = surface.model.predict(np.vstack([found, starts]))
-    return float(values.min() if sign > 0 else values.max())
+    ends = (-np.inf, np.inf) if target is None else (target - uncertainty, target + uncertainty)
+    return np.clip(minimise(objective, jacobian, start, between(surface.model, *ends, len(start))), -1, 1)
 
 
 def _near(distance: np.ndarray) -> np.ndarray:
@@ -225,7 +183,7 @@ def _ends(surface: Surface, points, i: int, sign: int, target: float, uncertaint
     unit = np.eye(len(surface.table.factors))[i]
     places = np.minimum([0, 1, 2, len(points) // 20], len(points) - 1)
     starts = points[np.argsort(sign * points[:, i])[places]]
-    found = [_minimise(surface, lambda x: sign * x[i], lambda x: sign * unit, x, target, uncertainty) for x in starts]
+    found = [_least(surface, lambda x: sign * x[i], lambda x: sign * unit, x, target, uncertainty) for x in starts]
     return [float(x[i]) for x in found if _on_target(surface, x, target, uncertainty)]
 
 
@@ -247,7 +205,7 @@ def _recommended(surface: Surface, sample, distance, target: float, rule: str, r
     """The point of the sheet that the rule picks; where there is no sheet the point nearest in response."""
     if not reachable:
         start = sample[np.argmin(distance)]
-        return _minimise(
+        return _least(
             surface,
             lambda x: (surface.model.predict(x)[0] - target) ** 2,
             lambda x: 2 * (surface.model.predict(x)[0] - target) * surface.model.gradient(x)[0],
@@ -257,9 +215,7 @@ def _recommended(surface: Surface, sample, distance, target: float, rule: str, r
     near = sample[_near(distance)]
     starts = near[np.argsort([objective(x) for x in near])[[0, 1, 5, 20]]]
     found = [
-        x
-        for x in (_minimise(surface, objective, jacobian, x, target) for x in starts)
-        if _on_target(surface, x, target)
+        x for x in (_least(surface, objective, jacobian, x, target) for x in starts) if _on_target(surface, x, target)
     ]
     return min(found or [starts[0]], key=objective)
 

@@ -5,8 +5,9 @@ from pathlib import Path
 
 import pandas as pd
 
-from pellet_study.doe.columns import read_columns, read_raw
+from pellet_study.doe.columns import read_columns
 from pellet_study.doe.design_table import DesignTable
+from pellet_study.doe.raw_table import read_raw
 from pellet_study.errors import InputError
 from pellet_study.tables.headers import found_in, role
 

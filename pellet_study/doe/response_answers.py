@@ -1,7 +1,8 @@
 """Reduced models, transformed responses and goals of several responses as plain data, ready for JSON; see `answers`."""
 
 from pellet_study.doe.answers import plain, surface_answer
-from pellet_study.doe.box_behnken import BoxCox, Surface
+from pellet_study.doe.box_behnken import Surface
+from pellet_study.doe.box_cox import BoxCox
 from pellet_study.doe.fitted_response import FittedResponse
 from pellet_study.doe.joint_set import JointSet
 from pellet_study.doe.selection import Selection

@@ -1,15 +1,15 @@
 """The words about a transformed response, a selection of terms, and several responses together."""
 
-from pellet_study.doe.box_behnken import BoxCox
+from pellet_study.doe.box_cox import BoxCox
 from pellet_study.doe.coded_box import Extent
 from pellet_study.doe.fitted_response import FittedResponse
 from pellet_study.doe.joint_set import JointSet
 from pellet_study.doe.linear_model import Interval
 from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.selection import Selection
-from pellet_study.doe.text import box_cox_text, grid, number, percent, probability
+from pellet_study.doe.surface_text import box_cox_text
+from pellet_study.doe.text import grid, number, percent
 from pellet_study.doe.transformation import parse_transformation
-from pellet_study.doe.validation import WithinLimits
 
 
 def scale_text(response: FittedResponse, box_cox: BoxCox | None, advised: str | None) -> str:
@@ -72,20 +72,6 @@ def screenings_text(screenings: list[Screening]) -> str:
         rows.append([factor, *cells])
     level = f"{screenings[0].alpha:g}"
     return f"effects from -1 to +1 on each response (* p below {level})\n" + grid(["factor", *names], rows)
-
-
-def within_limits_text(found: WithinLimits) -> str:
-    """The one-sided tests against the limits, and the single runs beside what was predicted of them."""
-    runs = found.runs
-    lines = [f"validation: runs mean {number(runs.mean)}, sd {number(runs.sd, 4)}, n {runs.n}"]
-    for word, (limit, p) in found.p.items():
-        verdict = "shown" if p < found.alpha else "not shown"
-        lines.append(f"  mean {word} {number(limit)} (one-sided t test): p {probability(p)}: {verdict}")
-    if found.prediction is not None:
-        lines.append(
-            f"  {found.inside} of {runs.n} runs lie in the prediction interval of one run, {_ends(found.prediction)}"
-        )
-    return "\n".join(lines)
 
 
 def joint_text(found: JointSet) -> str:

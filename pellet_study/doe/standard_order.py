@@ -11,8 +11,8 @@ import numpy as np
 
 from pellet_study.doe.composite import composite_matrix
 from pellet_study.doe.design_table import DesignTable
-from pellet_study.doe.plackett_burman import GENERATORS, coded_matrix
 from pellet_study.doe.published_designs import TOGETHER, box_behnken_matrix
+from pellet_study.doe.screening_designs import GENERATORS, coded_matrix
 from pellet_study.errors import InputError
 
 SAME_LEVEL = 0.1
@@ -75,9 +75,8 @@ def _compared(coded: np.ndarray, plan: np.ndarray, words: np.ndarray) -> Departu
     from scipy.optimize import linear_sum_assignment
 
     mirrored = np.stack([plan, -plan])  # (2, n_runs, n_factors)
-    differs = np.abs(coded[None, :, :, None] - mirrored[:, :, None, :]) > SAME_LEVEL
-    spread = ~np.any(plan, axis=1, keepdims=True) & words
-    differs[:, spread] = False  # words have no middle: at the centre they are spread
+    differs: np.ndarray = np.abs(coded[None, :, :, None] - mirrored[:, :, None, :]) > SAME_LEVEL
+    differs[:, ~plan.any(axis=1)[:, None] & words] = False  # words have no middle: at the centre they are spread
     counts = differs.sum(axis=1)
     sign, least = counts.argmin(axis=0), counts.min(axis=0)  # (factor, planned factor)
     own = np.arange(coded.shape[1])

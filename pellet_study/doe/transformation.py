@@ -11,7 +11,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 import pandas as pd
 
-from pellet_study.doe.box_behnken import BoxCox
+from pellet_study.doe.box_cox import BoxCox
 from pellet_study.doe.design_table import DesignTable
 from pellet_study.errors import InputError
 from pellet_study.tables.numbers import number_given

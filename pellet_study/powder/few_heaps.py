@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from pellet_study.doe import plackett_burman
+from pellet_study.doe import plackett_burman, screening_designs
 from pellet_study.doe.factors import Factor
 from pellet_study.powder.decisions import PathSetting
 from pellet_study.powder.heaps import Heaps, lost_of, point_at
@@ -145,7 +145,7 @@ def calibrate(heaps: Heaps, results: Results, wanted_error: float = WANTED_ERROR
 def screen(heaps: Heaps, results: Results) -> tuple[pd.DataFrame, Uphill]:
     """The heaps of a screening without centre points, and the path along its largest effects."""
     plan = heaps.plan
-    coded = plackett_burman.coded_matrix(len(plan.factors), centre_points=0)
+    coded = screening_designs.coded_matrix(len(plan.factors), centre_points=0)
     heaps.say(f"screening: {len(coded)} heaps ...")
     screened = heaps.at("screening", [point_at(plan.factors, row) for row in coded])
     results.write_table("path", "runs", screened)

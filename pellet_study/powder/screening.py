@@ -2,7 +2,7 @@
 
 import pandas as pd
 
-from pellet_study.doe import plackett_burman
+from pellet_study.doe import plackett_burman, screening_designs
 from pellet_study.powder.decisions import Screening
 from pellet_study.powder.heaps import Heaps, lost_of, point_at, repeated
 from pellet_study.powder.plan import Plan
@@ -15,7 +15,7 @@ GO_ON = 3  # factors, as in the source paper
 def screen(heaps: Heaps, results: Results) -> tuple[Screening, plackett_burman.Screening]:
     """Simulate and analyse the design; the decision, and the analysis for the figures."""
     factors, sizes = heaps.plan.factors, heaps.sizes
-    coded = plackett_burman.coded_matrix(len(factors), centre_points=sizes.centre_points)
+    coded = screening_designs.coded_matrix(len(factors), centre_points=sizes.centre_points)
     points = [point_at(factors, row) for row in coded]
     results.write_table("screening", "design", pd.DataFrame(points).round(10))
     runs = heaps.at("screening", repeated(points, coded, sizes.repeats))

@@ -3,14 +3,14 @@
 import pytest
 
 from pellet_study.__main__ import main
-from pellet_study.doe import box_behnken, plackett_burman
+from pellet_study.doe import box_behnken, screening_designs
 
 NAMES = list("ABCDEFG")
 
 
 def screening_csv(n_factors=7):
     lines = [",".join([*NAMES[:n_factors], "angle"])]
-    for i, row in enumerate(plackett_burman.coded_matrix(n_factors)):
+    for i, row in enumerate(screening_designs.coded_matrix(n_factors)):
         lines.append(",".join([f"{x:g}" for x in row] + [f"{30 + (i * 7) % 11 + i / 10:g}"]))
     return lines
 
@@ -89,7 +89,7 @@ def test_a_missing_response_column(tmp_path, capsys, command):
 
 def test_a_missing_response_column_in_physical_units(tmp_path, capsys):
     lines = ["A,B,C"] + [
-        ",".join(f"{0.5 + 0.1 * x:g}" for x in row) for row in plackett_burman.coded_matrix(3, centre_points=1)
+        ",".join(f"{0.5 + 0.1 * x:g}" for x in row) for row in screening_designs.coded_matrix(3, centre_points=1)
     ]
     status, error = answer(tmp_path, capsys, "pb", lines)
     assert status == 2 and "column 'C'" in error and "response column is missing" in error

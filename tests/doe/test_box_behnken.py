@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study.doe import box_behnken
+from pellet_study.doe import box_behnken, reduction
 from pellet_study.doe.design_table import code_design
 from pellet_study.doe.factors import Factor
 from pellet_study.doe.linear_model import interval
@@ -182,7 +182,7 @@ def test_a_saturated_fit_has_lenth_and_no_p_values():
     assert (surface.r2_adjusted, surface.r2_predicted, surface.cv_percent) == (None, None, None)
     assert surface.lenth.contrasts == 5
     with pytest.raises(InputError, match="no p values"):
-        box_behnken.reduce_backward(surface)
+        reduction.reduce_backward(surface)
 
 
 def test_corners_are_an_extrapolation_of_box_behnken_and_not_of_face_centred(resin):
@@ -194,12 +194,12 @@ def test_corners_are_an_extrapolation_of_box_behnken_and_not_of_face_centred(res
 
 
 def test_reduced_models_keep_hierarchy(resin):
-    reduced, dropped = box_behnken.reduce_backward(resin, 0.1)
+    reduced, dropped = reduction.reduce_backward(resin, 0.1)
     assert "AC" in reduced.coefficients and "A" in reduced.coefficients and "A" not in dropped
     assert all(p <= 0.1 for name, p in reduced.p.items() if name not in ("A", "B", "C"))
     with pytest.raises(InputError, match="cannot be left out while"):
-        box_behnken.without(resin, ["A"])
-    assert list(box_behnken.without(resin, ["BC"]).coefficients) == [n for n in resin.coefficients if n != "BC"]
+        reduction.without(resin, ["A"])
+    assert list(reduction.without(resin, ["BC"]).coefficients) == [n for n in resin.coefficients if n != "BC"]
 
 
 def test_prediction_intervals_cover_as_they_should():

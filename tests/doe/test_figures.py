@@ -9,7 +9,7 @@ import pytest
 from scipy.stats import norm
 from statsmodels.stats.outliers_influence import OLSInfluence
 
-from pellet_study.doe import box_behnken, figures, plackett_burman, steepest_climb
+from pellet_study.doe import box_behnken, figures, plackett_burman, reduction, screening_designs, steepest_climb
 from pellet_study.doe.design_table import code_design, read_design
 from pellet_study.doe.importance import importance, important_pairs
 from pellet_study.doe.optimum import target_set
@@ -89,7 +89,7 @@ def test_interaction_lines_are_sections_at_both_ends(surface):
     assert [text.get_text() for text in axes.get_legend().get_texts()] == ["B = 8", "B = 12"]
     title = axes.get_title(loc="left")
     assert "product: p < 0.001" in title and "C = 10 (centre)" in title
-    without = box_behnken.without(surface, ["AB"])
+    without = reduction.without(surface, ["AB"])
     assert "no product" in figures.interactions(without).axes[0].get_title(loc="left")
 
 
@@ -135,7 +135,7 @@ def test_the_run_order_is_read_and_a_standard_order_is_not_taken_for_it(tmp_path
 
 
 def test_screening_interactions_are_means_of_the_runs():
-    coded = plackett_burman.coded_matrix(3, 12)
+    coded = screening_designs.coded_matrix(3, 12)
     frame = pd.DataFrame(coded, columns=["A", "B", "C"]).assign(y=10 + coded @ [3, 2, 0] + coded[:, 0] * coded[:, 1])
     table = code_design(frame)
     screening = plackett_burman.analyse(table)
@@ -149,7 +149,7 @@ def test_screening_interactions_are_means_of_the_runs():
 
 def path_of(tmp_path):
     """A screening of two factors, its path, and runs made on it, one point of it twice."""
-    coded = plackett_burman.coded_matrix(3, 12)
+    coded = screening_designs.coded_matrix(3, 12)
     frame = pd.DataFrame(5 + coded, columns=["A", "B", "C"]).assign(y=20 + coded @ [4, 2, 0] + 0.1 * coded[:, 2])
     frame["y"] += 0.05 * np.random.default_rng(1).normal(size=12)
     frame.to_csv(tmp_path / "screening.csv", index=False)

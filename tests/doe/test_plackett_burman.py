@@ -18,7 +18,7 @@ import pandas as pd
 import pytest
 
 from pellet_study.doe import lenth as lenth_module
-from pellet_study.doe import plackett_burman
+from pellet_study.doe import plackett_burman, screening_designs
 from pellet_study.doe.design_table import code_design
 from pellet_study.doe.factors import Factor
 from pellet_study.errors import InputError
@@ -60,7 +60,7 @@ def filtration_rate() -> pd.DataFrame:
 # ---------------------------------------------------------------------------------------------------- design
 @pytest.mark.parametrize("n_factors", range(1, 24))
 def test_every_size_up_to_23_factors_is_orthogonal_and_balanced(n_factors):
-    matrix = plackett_burman.coded_matrix(n_factors)
+    matrix = screening_designs.coded_matrix(n_factors)
     runs = len(matrix)
     assert runs % 4 == 0 and runs > n_factors
     assert np.array_equal(matrix.T @ matrix, runs * np.eye(n_factors))
@@ -71,17 +71,17 @@ def test_every_size_up_to_23_factors_is_orthogonal_and_balanced(n_factors):
 def test_saturated_sizes_are_hadamard_like_those_of_the_library(runs):
     import pyDOE3
 
-    ours, library = plackett_burman.coded_matrix(runs - 1, runs), pyDOE3.pbdesign(runs - 1)
+    ours, library = screening_designs.coded_matrix(runs - 1, runs), pyDOE3.pbdesign(runs - 1)
     assert ours.shape == library.shape
     assert np.array_equal(ours.T @ ours, library.T @ library)
 
 
 def test_seven_factors_give_the_papers_twelve_runs_in_its_order():
-    assert np.array_equal(plackett_burman.coded_matrix(7, centre_points=1), table(7).to_numpy()[:, 1:8])
+    assert np.array_equal(screening_designs.coded_matrix(7, centre_points=1), table(7).to_numpy()[:, 1:8])
 
 
 def test_physical_levels_with_units_centre_points_and_a_reversed_factor():
-    frame = plackett_burman.design([Factor("B", 0.9, 0.7), Factor("G", 0.1, 0.3, "J/m2")], centre_points=2)
+    frame = screening_designs.design([Factor("B", 0.9, 0.7), Factor("G", 0.1, 0.3, "J/m2")], centre_points=2)
     assert len(frame) == 14
     assert frame["B"].iloc[0] == 0.7 and frame["B"].iloc[11] == 0.9
     assert frame.iloc[12].tolist() == [0.8, 0.2]
@@ -90,7 +90,7 @@ def test_physical_levels_with_units_centre_points_and_a_reversed_factor():
 @pytest.mark.parametrize("arguments", [(0,), (24,), (7, 10), (8, 8), (3, None, -1)])
 def test_impossible_designs_are_refused(arguments):
     with pytest.raises(InputError, match="expected"):
-        plackett_burman.coded_matrix(*arguments)
+        screening_designs.coded_matrix(*arguments)
 
 
 # -------------------------------------------------------------------------------------------------- analysis
@@ -183,20 +183,20 @@ def test_lenth_uses_the_unused_columns_of_the_design():
 def test_aliases_of_eleven_factors_are_none_or_one_third():
     """Plackett and Burman's 12 runs: an interaction is spread over the factors not in it, a third to each."""
     names = list("ABCDEFGHIJK")
-    found = plackett_burman.aliases(names, plackett_burman.coded_matrix(11))
+    found = plackett_burman.aliases(names, screening_designs.coded_matrix(11))
     for name, shares in found.items():
         assert len(shares) == 45 and not any(name in pair for pair in shares)
         assert np.allclose(np.abs(list(shares.values())), 1 / 3)
 
 
 def test_aliases_of_eight_runs_are_complete():
-    found = plackett_burman.aliases(list("ABCDEFG"), plackett_burman.coded_matrix(7, 8))
+    found = plackett_burman.aliases(list("ABCDEFG"), screening_designs.coded_matrix(7, 8))
     assert all(abs(share) == 1 and len(shares) == 3 for shares in found.values() for share in shares.values())
 
 
 def test_the_detectable_effect_is_found_four_times_in_five():
     rng = np.random.default_rng(7)
-    x = plackett_burman.coded_matrix(7)
+    x = screening_designs.coded_matrix(7)
     frame = pd.DataFrame(x, columns=list("ABCDEFG")).assign(y=rng.normal(size=12))
     screening = plackett_burman.analyse(code_design(frame))
     detectable = screening.detectable_effects["A"] / np.sqrt(screening.model.mean_square_error)  # per unit sigma

@@ -8,7 +8,7 @@ import pandas as pd
 import pyDOE3
 import pytest
 
-from pellet_study.doe import plackett_burman
+from pellet_study.doe import screening_designs
 from pellet_study.doe.box_behnken import coded_matrix
 from pellet_study.doe.cautions import level_cautions
 from pellet_study.doe.composite import axial_distance, composite_matrix, cube
@@ -152,8 +152,8 @@ def test_designs_are_recognised_in_any_order(matrix, words):
         box_behnken_matrix(4, 5),
         composite_matrix(3, "rotatable", 5)[0],
         composite_matrix(2, "face", 5)[0],
-        plackett_burman.coded_matrix(7, 12, 3),
-        plackett_burman.coded_matrix(11, 12),
+        screening_designs.coded_matrix(7, 12, 3),
+        screening_designs.coded_matrix(11, 12),
     ],
 )
 def test_a_wrong_level_is_found_and_set_right(coded):

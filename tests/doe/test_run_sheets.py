@@ -9,8 +9,8 @@ from scipy.stats import nct, t
 
 from pellet_study.__main__ import main
 from pellet_study.doe.factors import Factor
-from pellet_study.doe.plackett_burman import coded_matrix
 from pellet_study.doe.run_sheet import run_sheet
+from pellet_study.doe.screening_designs import coded_matrix
 from pellet_study.errors import InputError
 
 

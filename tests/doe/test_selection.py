@@ -10,7 +10,7 @@ from statsmodels.regression.linear_model import OLS
 from statsmodels.tools.eval_measures import aicc as aicc_of_statsmodels
 
 from pellet_study.__main__ import main
-from pellet_study.doe import box_behnken
+from pellet_study.doe import box_behnken, reduction
 from pellet_study.doe.blocks import Block
 from pellet_study.doe.design_table import code_design
 from pellet_study.doe.linear_model import columns_of, quadratic_terms
@@ -61,7 +61,7 @@ def statsmodels_aicc(model) -> float:
 def test_the_criterion_differs_from_that_of_statsmodels_by_a_constant(blocks):
     surface = surface_of(lambda x: 5 * x[0], 1.0, blocks=blocks)
     models = [surface.model] + [
-        box_behnken.without(surface, dropped).model for dropped in (["AB"], ["AB", "BC", "B2"], ["A2", "B2", "C2"])
+        reduction.without(surface, dropped).model for dropped in (["AB"], ["AB", "BC", "B2"], ["A2", "B2", "C2"])
     ]
     differences = [
         statsmodels_aicc(model) - aicc(model.ss_residual, len(model.response), model.matrix.shape[1])

@@ -12,7 +12,7 @@ import pytest
 
 from pellet_study.doe import plackett_burman, steepest_climb
 from pellet_study.doe.design_table import code_design
-from pellet_study.doe.text import turning_text
+from pellet_study.doe.path_text import turning_text
 from pellet_study.errors import InputError
 
 YIELDS_ON_THE_PATH = [41.0, 42.9, 47.1, 49.7, 53.8, 59.9, 65.0, 70.4, 77.6, 80.3, 76.2, 75.1]

@@ -16,7 +16,16 @@ import pandas as pd
 import pytest
 
 from pellet_study.__main__ import main
-from pellet_study.doe import box_behnken, composite, figures, labels, linear_model, plackett_burman, steepest_climb
+from pellet_study.doe import (
+    box_behnken,
+    composite,
+    figures,
+    labels,
+    linear_model,
+    plackett_burman,
+    screening_designs,
+    steepest_climb,
+)
 from pellet_study.doe.design_table import read_design
 
 TABLES = Path(__file__).parent / "tables"
@@ -315,7 +324,7 @@ def test_a_typing_error_in_a_surface_is_named_by_its_row(tmp_path, capsys, optio
 
 
 def test_a_typing_error_in_a_screening_is_named_by_its_row(tmp_path, capsys):
-    coded = plackett_burman.coded_matrix(5, 12, 3)
+    coded = screening_designs.coded_matrix(5, 12, 3)
     y = 50 + coded @ [5, -3, 2, 0, 0] + 0.1 * np.random.default_rng(5).normal(size=len(coded))
     frame = pd.DataFrame(coded, columns=list("ABCDE")).assign(y=y.round(2))
     frame.to_csv(tmp_path / "right.csv", index=False)
@@ -372,7 +381,7 @@ def test_a_slip_in_a_centre_run_of_three_levels_is_named(tmp_path, capsys):
 
 
 def test_a_path_says_where_the_factors_it_does_not_move_are_held(tmp_path, capsys):
-    coded = plackett_burman.coded_matrix(4, 12, 3)
+    coded = screening_designs.coded_matrix(4, 12, 3)
     frame = pd.DataFrame(coded * [10, 5, 2, 1] + [50, 20, 8, 3], columns=["T", "t", "ratio", "pH"])
     y = coded @ [5, 3, 0, 0] + 0.1 * np.random.default_rng(2).normal(size=len(coded))
     frame.assign(y=y).to_csv(tmp_path / "t.csv", index=False)

@@ -8,8 +8,8 @@ import pytest
 from statsmodels.regression.linear_model import OLS
 
 from pellet_study.__main__ import main
-from pellet_study.doe import box_behnken
-from pellet_study.doe.box_behnken import BoxCox
+from pellet_study.doe import box_behnken, reduction
+from pellet_study.doe.box_cox import BoxCox
 from pellet_study.doe.design_table import code_design
 from pellet_study.doe.linear_model import columns_of
 from pellet_study.doe.transformation import Transformation, advised, parse_transformation
@@ -60,7 +60,7 @@ def test_where_none_is_advised_none_is_applied(tmp_path, capsys):
 def test_the_logarithm_is_advised_for_the_main_effects_of_the_yarn(yarn_csv):
     """Box and Cox 1964: cycles are a product of powers; in a full factorial a main effect is half a difference of means."""
     surface = box_behnken.analyse(code_design(worsted_yarn()))
-    plane = box_behnken.without(surface, [name for name, indices in surface.model.terms.items() if len(indices) == 2])
+    plane = reduction.without(surface, [name for name, indices in surface.model.terms.items() if len(indices) == 2])
     assert advised(plane.box_cox) == "log"
     answer = bbd(yarn_csv, "--transform", "log")
     frame = worsted_yarn().assign(z=lambda f: np.log(f.cycles))

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from pellet_study.__main__ import main
-from pellet_study.doe import box_behnken, figures, plackett_burman, text
+from pellet_study.doe import box_behnken, figures, plackett_burman, screening_designs, screening_text
 from pellet_study.doe.design_table import code_design
 from pellet_study.paper.printed import table
 
@@ -54,7 +54,7 @@ def grid_and_prediction(answer):
 
 
 def noisy(n_factors, runs, seed=1, centre=0):
-    x = plackett_burman.coded_matrix(n_factors, runs, centre)
+    x = screening_designs.coded_matrix(n_factors, runs, centre)
     y = 40 + 3 * x[:, 0] + np.random.default_rng(seed).normal(size=len(x))
     return pd.DataFrame(x, columns=list("ABCDEFGHIJK")[:n_factors]).assign(y=y)
 
@@ -116,7 +116,7 @@ def test_where_lenth_cannot_be_used_it_says_so_and_is_not_drawn():
     for frame, met in ((failed, False), (twenty, False), (whole, True)):
         screening = plackett_burman.analyse(code_design(frame))
         assert screening.lenth.assumption_met is met
-        assert ("is not met" in text.screening_text(screening)) is not met
+        assert ("is not met" in screening_text.screening_text(screening)) is not met
         drawn = [line.get_label() for line in figures.pareto(screening).axes[0].lines]
         assert ("Lenth's margin of error" in drawn) is met
 

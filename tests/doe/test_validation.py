@@ -5,8 +5,8 @@ import pytest
 from scipy import stats
 
 from pellet_study.doe import validation
-from pellet_study.doe.text import equivalence_text
 from pellet_study.doe.validation import Sample, equivalence, sample_of
+from pellet_study.doe.validation_text import equivalence_text
 from pellet_study.errors import InputError
 
 # heights printed by T. S. Juzek, "The TOST - an example of setting delta", with their means and sd

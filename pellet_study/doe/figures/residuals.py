@@ -2,11 +2,12 @@
 
 import numpy as np
 
-from pellet_study.doe.box_behnken import Runs, Surface
+from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.design_table import DesignTable
 from pellet_study.doe.factors import with_unit
 from pellet_study.doe.labels import drawable, folded
 from pellet_study.doe.linear_model import LinearFit
+from pellet_study.doe.run_diagnostics import Runs
 from pellet_study.output import style
 from pellet_study.output.style import letters_in, new_axes, new_panels, room_for, styled
 

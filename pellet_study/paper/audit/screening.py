@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pellet_study.doe.plackett_burman import coded_matrix
+from pellet_study.doe.screening_designs import coded_matrix
 from pellet_study.paper import designs
 from pellet_study.paper.judging import fits
 from pellet_study.paper.printed import printed_cells

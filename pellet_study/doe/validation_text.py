@@ -1,0 +1,46 @@
+"""The tests of validation runs in words."""
+
+from pellet_study.doe.text import number, probability
+from pellet_study.doe.validation import Equivalence, WithinLimits
+
+
+def equivalence_text(found: Equivalence) -> str:
+    """The equivalence test, the t test beside it."""
+    runs, target = found.runs, found.target
+    known = (
+        f"{target.mean:.5g} (taken as known)"
+        if target.sd is None
+        else f"{target.mean:.5g}, sd {target.sd:.4g}, n {target.n}"
+    )
+    low, high = found.interval
+    confidence = 100 * (1 - 2 * found.alpha)
+    lines = [
+        f"validation: runs mean {runs.mean:.5g}, sd {runs.sd:.4g}, n {runs.n}; target {known}",
+        f"  difference {found.difference:.4g}, {confidence:.0f} % interval {low:.4g} to {high:.4g}; margin "
+        f"+-{found.margin:g}",
+        f"  equivalence (two one-sided t tests): p {probability(found.p)}: "
+        + ("equivalent within the margin" if found.equivalent else "equivalence is not shown"),
+        f"  difference (t test): p {probability(found.p_difference)}: "
+        + (
+            "a difference is shown"
+            if found.different
+            else "no difference is shown, which does not show that there is none"
+        ),
+        f"  power to show equivalence if there is no difference: {found.power:.2f}"
+        + (f"; 0.80 needs n = {found.n_for_power}" if found.n_for_power else "; no n of the runs alone reaches 0.80"),
+    ]
+    return "\n".join(lines)
+
+
+def within_limits_text(found: WithinLimits) -> str:
+    """The one-sided tests against the limits, and the single runs beside what was predicted of them."""
+    runs = found.runs
+    lines = [f"validation: runs mean {number(runs.mean)}, sd {number(runs.sd, 4)}, n {runs.n}"]
+    for word, (limit, p) in found.p.items():
+        verdict = "shown" if p < found.alpha else "not shown"
+        lines.append(f"  mean {word} {number(limit)} (one-sided t test): p {probability(p)}: {verdict}")
+    if found.prediction is not None:
+        lines.append(
+            f"  {found.inside} of {runs.n} runs lie in the prediction interval of one run, {number(found.prediction[0])} to {number(found.prediction[1])}"
+        )
+    return "\n".join(lines)
