@@ -1,5 +1,8 @@
 """Pictures whose geometry speaks against their reading: each says so and gives no row; level, evenly lit ones do not."""
 
+import csv
+import importlib
+
 import numpy as np
 import pytest
 from PIL import Image
@@ -122,3 +125,16 @@ def test_a_hot_pixel_changes_nothing(tmp_path):
     Image.fromarray(values).save(tmp_path / "hot.png")
     found = photograph.measure(tmp_path / "hot.png")
     assert found.angle_deg == pytest.approx(40, abs=0.5) and found.doubts == ()
+
+
+def test_pictures_of_the_benchmark_are_read_as_its_table_says(monkeypatch):
+    """One of each kind: level, from above, coarse, with shadows."""
+    monkeypatch.syspath_prepend(ROOT / "benchmarks")
+    photographs = importlib.import_module("photographs")
+    with open(ROOT / "results" / "checks" / "photographs.csv") as stream:
+        table = {int(line["number"]): line for line in csv.DictReader(stream)}
+    assert len(table) == 400
+    for number in (0, 1, 5, 9, 16, 20, 246):
+        found, line = photographs.read(number), table[number]
+        assert str(found["row"]) == line["row"], number
+        assert found["error_deg"] == (pytest.approx(float(line["error_deg"]), abs=0.1) if line["error_deg"] else None)
