@@ -8,10 +8,12 @@ import _thread
 import os
 import signal
 import sys
+import threading
 from typing import NoReturn
 
 INTERRUPTED = 130
 WORDS = "interrupted; what was finished is kept"
+AGAIN_S = 0.05
 _asked = False  # whether it came: a library may have made another exception of it
 
 
@@ -27,9 +29,11 @@ def _interrupt(*_: object) -> NoReturn:
 
 
 def _again(lost: "sys.UnraisableHookArgs") -> None:
-    """An interrupt that fell into a callback, from where none is passed on, comes again outside of it."""
+    """An interrupt that fell into a callback, from where none is passed on, comes again when that has ended."""
     if lost.exc_type is KeyboardInterrupt:
-        _thread.interrupt_main()
+        later = threading.Timer(AGAIN_S, _thread.interrupt_main)
+        later.daemon = True
+        later.start()
     else:
         sys.__unraisablehook__(lost)
 

@@ -65,8 +65,10 @@ def page(answer: dict[str, Any]) -> str:
     lines.append("")
     for reading in ("flank", "triangle"):
         value, sd = answer[f"{reading}_deg"], answer[f"{reading}_sd"]
-        scatter = "one photograph, scatter not known" if sd is None else f"sd {sd:.2f} deg over {number} photographs"
-        lines.append(f"{reading:8s} {value:6.2f} deg, {scatter}")
+        error = answer["photos"][0]["uncertainty_deg" if reading == "triangle" else "flank_uncertainty_deg"]
+        alone = f"+- {error:.2f} deg, one photograph, scatter of heaps not known"
+        scatter = alone if sd is None else f"deg, sd {sd:.2f} deg over {number} photographs"
+        lines.append(f"{reading:8s} {value:6.2f} {scatter}")
     doubtful = sum(bool(p["doubts"]) for p in answer["photos"])
     if doubtful:
         which = "the photograph is" if number == 1 else f"{doubtful} of {number} photographs are"

@@ -160,3 +160,33 @@ def test_ctrl_c_while_it_is_importing(study):
         ended.append(process.returncode)
         assert process.returncode == 0 or "interrupted; what was finished is kept" in said
     assert set(ended) <= {0, 130} and ended[0] == 130
+
+
+@pytest.mark.parametrize(
+    "struck",
+    [
+        "exec('signal.raise_signal(signal.SIGINT)')",  # of which Python remembers that it was to end by the signal
+        "watched = weakref.finalize(type('T', (), {})(), signal.raise_signal, signal.SIGINT); time.sleep(9)",
+        "try:\n    signal.raise_signal(signal.SIGINT)\nexcept KeyboardInterrupt:\n    raise ImportError('half of a library')",
+    ],
+    ids=["code made of text", "a callback", "made another exception"],
+)
+def test_ctrl_c_ends_with_130_where_python_or_a_library_handles_it_otherwise(tmp_path, struck):
+    program = tmp_path / "pellet-study-of-this-test"
+    program.write_text(
+        "import signal, sys, time, weakref\n"
+        "import pellet_study.__main__ as command\n"
+        f"def answer(argv):\n    {struck.replace(chr(10), chr(10) + '    ')}\n    return 0\n"
+        "command._answer = answer\nsys.exit(command.main([]))\n"
+    )
+    found = subprocess.run(
+        [sys.executable, program],
+        cwd=ROOT,
+        env={**os.environ, "PYTHONPATH": str(ROOT)},
+        capture_output=True,
+        text=True,
+        timeout=60,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler),
+    )
+    assert found.returncode == 130 and "Traceback" not in found.stderr
+    assert found.stderr.count("interrupted; what was finished is kept") == 1
