@@ -7,8 +7,8 @@
 3. Refit of every candidate within its physical range; ranking by chi2; a candidate explains where neither lack of fit
    nor a drifting constant is left, and where its own fitted size is one number over all sizes, conditions and rigs.
    All that explain and lie within TIE of the best are tied, or as much farther off as the scatter of their own
-   simulations may have put them; pairs are looked at where no single effect explains, and then single effects whose
-   amount drifts (`near_misses`).
+   simulations may have put them; pairs are looked at where no single effect explains, and single effects whose
+   amount drifts (`near_misses`), which are simpler than a pair that explains no better.
 4. The next measurement, which would separate the rivals (`next_measurement`).
 """
 
@@ -178,8 +178,10 @@ def diagnose(
         plausible = {s.effect for s in ranking if not s.note}
         singles_in_range = [r for r in rivals if set(r.effects) <= plausible]
         chosen, pairs = explanations(state, singles_in_range, prepared.shown, gated.raw, plausible)
-        if not chosen:
-            chosen, drifting = near_misses(state, singles_in_range, prepared.shown, plausible)
+        if not chosen or len(chosen[0].effects) > 1:  # one effect by another law is simpler than two
+            below = chosen[0].fit.chi2 + TIE * reduced_chi2(state, chosen[0].fit) if chosen else np.inf
+            near, drifting = near_misses(state, singles_in_range, prepared.shown, plausible, below)
+            chosen = near or chosen
     by_time = time_alike(state, prepared, chosen) if needed else ()
     named = {r.effects for r in chosen}
     rest = sorted((r for r in rivals if r.effects not in named), key=lambda r: r.fit.chi2)

@@ -13,7 +13,6 @@ import numpy as np
 
 from pellet_study.criticism.calibration import CalibratedStudy, with_own_noise
 from pellet_study.criticism.constancy import Direction, drift_directions, freed, shapes_of
-from pellet_study.criticism.explanations import tied
 from pellet_study.criticism.rivals import Rival, failing_rigs, objection_to
 from pellet_study.criticism.signatures import Signature, columns_of, physical
 from pellet_study.rigs.declared import Condition
@@ -41,14 +40,21 @@ class Drifting:
 
 
 def near_misses(
-    state: CalibratedStudy, rivals: Sequence[Rival], shown: Sequence[Signature], plausible: Collection[str]
+    state: CalibratedStudy,
+    rivals: Sequence[Rival],
+    shown: Sequence[Signature],
+    plausible: Collection[str],
+    below: float = np.inf,
 ) -> tuple[list[Rival], tuple[Drifting, ...]]:
-    """The tie set of the single effects that are near misses, and how the amount of each drifts; empty where none is.
+    """All single effects that are near misses, the best first, and how the amount of each drifts; empty where none is.
+
+    How well each does is no reason to drop another: their laws are wrong, and the drift is of first order.
 
     Parameters
     ----------
     rivals : single effects that were fitted and refused
     plausible : those of a possible size
+    below : chi2 that they must come to with the drift
     """
     failing, excess = failing_rigs(state), state.fit.chi2 - (len(state.cells.case) - len(state.fit.problem.free))
     found: dict[tuple[str, ...], Drifting] = {}
@@ -58,18 +64,16 @@ def near_misses(
             continue
         if state.fit.chi2 - rival.fit.chi2 < MOST * excess:
             continue
-        drifting = drift_that_explains(state, rival, failing, shown)
+        drifting = drift_that_explains(state, rival, failing, shown, below)
         if drifting is not None:
             near.append(rival)
             found[rival.effects] = drifting
-    if not near:
-        return [], ()
-    alike = tied(state, near, min(near, key=lambda rival: rival.fit.chi2))
-    return alike, tuple(found[rival.effects] for rival in alike)
+    near.sort(key=lambda rival: rival.fit.chi2)
+    return near, tuple(found[rival.effects] for rival in near)
 
 
 def drift_that_explains(
-    state: CalibratedStudy, rival: Rival, failing: frozenset[str], shown: Sequence[Signature]
+    state: CalibratedStudy, rival: Rival, failing: frozenset[str], shown: Sequence[Signature], below: float
 ) -> Drifting | None:
     """The drift of a rival's amount over one condition with which it explains the data best; None where none does."""
     noisy, fitted = with_own_noise(state, rival.fit)
@@ -82,7 +86,7 @@ def drift_that_explains(
             continue
         with_it, slope = freed(fitted, direction)
         drifting = amounts_of(state, rival.effects[0], label, float(fitted.point[amount]), slope)
-        if drifting is None or (best is not None and with_it.chi2 >= best[0]):
+        if drifting is None or with_it.chi2 >= (below if best is None else best[0]):
             continue
         if not objection_to(noisy, with_it, rival.effects, failing, shown):
             best = with_it.chi2, drifting

@@ -248,7 +248,7 @@ def held_out_too(answer: dict) -> str:
 def beside_the_verdict(answer: dict) -> list[str]:
     """What stands beside a verdict: the nearest miss, what each explanation does to the error, what would change it."""
     lines = [one["words"] for one in answer["drifting"]]
-    lines += ["its amount is no constant, so that `refine` does not add it; `add` does"] if lines else []
+    lines += ["an amount that drifts is no constant: `refine` does not add it, `add` does"] if lines else []
     lines += [facts.time_words(answer), facts.fitted_too_words(answer), facts.undone_words(answer)]
     miss = answer["nearest_miss"]
     if miss is not None:
