@@ -20,19 +20,19 @@ from pellet_study.study.values import choice, setting, table, text, words
 from pellet_study.tables.rows import STRAY, stray_return
 from yade_scripts import laws
 
-KEYS = (
-    "title",
-    "measurements",
-    "contact_law",
-    "candidates",
-    "parameters",
-    "effects",
-    "possible",
-    "surface_energy_scaling",
-    "restitution_at",
-    "effort",
-    "seeds_by",
-)
+KEYS = {  # of study.toml
+    "title": "one line; by default the name of the folder",
+    "measurements": 'the file of the readings, inside the study; by default "measurements.csv"',
+    "contact_law": "of the rigs on YADE; by default each rig's own",
+    "candidates": "a list of the effects that `diagnose` may consider; by default every one that acts in the rigs used",
+    "parameters": "a table: a number is fixed, `{ value, min, max }` is free; what is not named keeps its default",
+    "effects": "a table of the effects present beyond the base model, a table of parameters each; `add` and `refine` write here",
+    "possible": "a table for each rig: what could be measured next, `{ min, max }` or a list of words for each condition",
+    "surface_energy_scaling": "how surface energy goes with the amplification of the grains: so that the Bond number stays, or not at all",
+    "restitution_at": "whether the damper of a seed takes its whole mass, or the mass effective at the contact",
+    "effort": "simulations of the rigs on YADE, as a multiple of the least that answers",
+    "seeds_by": "what the seeds of the heaps of `calibrate` belong to: the setting, or the place in the design as in release 0.1",
+}
 CONTACT_LAWS = tuple(laws.LAWS)
 EFFORT = {"min": 0.5, "max": 100.0}  # simulations of the rigs on YADE, as a multiple of the least that answers
 

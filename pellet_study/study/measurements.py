@@ -13,20 +13,20 @@ from pellet_study.study.ranges import other_unit
 from pellet_study.tables import rows
 from pellet_study.tables.numbers import BLANKS, SIZES, fits, number
 
-COLUMNS = (
-    "rig",
-    "observable",
-    "value",
-    "sd",
-    "n",
-    "setup",
-    "setup_sd",
-    "split",
-    "reason",
-    "order",
-    "note",
-    "resolution",
-)
+COLUMNS = {  # what a file may have besides the conditions and parameters of its rigs, in the order in which they are read
+    "rig": "name of the rig that was read",
+    "observable": "name of what was read, its unit in the name",
+    "value": "the reading, or the mean of `n` readings",
+    "sd": "standard deviation of one reading; blank where unknown: then replicates or the fit must tell",
+    "n": "number of readings in `value`; blank is 1",
+    "setup": "name of a set-up: rows that share it share its error",
+    "setup_sd": "uncertainty of setting up anew, in the observable's unit, which replicates of one set-up do not see",
+    "split": "`fit` (the default), `holdout` (predicted, not fitted) or `leave_out` (shown, used for nothing)",
+    "reason": "why a row is not fitted; required beside `leave_out`",
+    "order": "when the reading was taken, 1, 2, ...; tested for drift",
+    "note": "free text, kept",
+    "resolution": "smallest step of the instrument, in the observable's unit: the least sd of a reading",
+}
 REQUIRED = ("rig", "observable", "value")
 SPLITS = ("fit", "holdout", "leave_out")
 TEXTS = ("rig", "observable", "value", "setup", "split", "reason", "note")  # where * or / is no blank
@@ -186,7 +186,7 @@ class _Rows:
             self.cases[key] = self._case(where, dict(zip(self.header, cells, strict=True)))
         rig, observable, conditions, known, assumed = self.cases[key]
         value, sd, n, setup, setup_sd, split, reason, order, note = (
-            "" if (place := self.place[name]) is None else cells[place] for name in COLUMNS[2:-1]
+            "" if (place := self.place[name]) is None else cells[place] for name in tuple(COLUMNS)[2:-1]
         )
         place = self.place["resolution"]
         resolution = cells[place] if place is not None else ""
