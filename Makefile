@@ -6,7 +6,7 @@ HIDDEN := results/quick/loaded_seeds
 POWDER := results/quick/powder
 APT_INSTALL := $(SUDO) env DEBIAN_FRONTEND=noninteractive apt-get install -y -qq --no-install-recommends
 
-.PHONY: study test test-debian13 install yade browser api results
+.PHONY: study test test-debian13 install yade browser docs reference api results
 
 study: install yade
 	$(BIN)/pellet-study bench results/quick
@@ -55,7 +55,17 @@ browser:
 	  $(SUDO) apt-get update -qq && $(APT_INSTALL) chromium >/dev/null || \
 	  echo "there is no Chromium to be had: the tests that need one are skipped"; fi
 
-# the reference of the Python functions, from their docstrings
+# the pages of docs/ as a static site in build/site; a link that leads nowhere fails
+docs: install reference
+	$(BIN)/python -m pip install --quiet --editable ".[docs]"
+	$(BIN)/python -m mkdocs build --quiet --strict
+	@echo "the site: $$PWD/build/site/index.html"
+
+# docs/reference, made of what the code declares
+reference: install
+	$(BIN)/python docs/generate/reference.py
+
+# the reference of every Python function, from their docstrings
 api: install
 	$(BIN)/python -m pip install --quiet --editable ".[docs]"
 	$(BIN)/python -m pdoc --output-directory docs/api pellet_study yade_scripts '!yade_scripts.checks'
