@@ -1,5 +1,6 @@
 """The walk-throughs of docs/, done as they stand: files written, commands run, printed lines met in their order."""
 
+import importlib
 import re
 import shlex
 import shutil
@@ -71,3 +72,22 @@ def test_walk_through(name, tmp_path, monkeypatch, capsys):
                 met(expected, capsys.readouterr().out)
                 commands += 1
     assert commands >= 3
+
+
+CONSTANT = re.compile(r"^\| `(\w+)\.([A-Z_]+)` \| (\S+) \|", re.MULTILINE)
+
+
+def numbers_of(module: str) -> dict[str, float]:
+    """The numbers that a module of the criticism names."""
+    held = vars(importlib.import_module(f"pellet_study.criticism.{module}"))
+    written = (ROOT / "pellet_study" / "criticism" / f"{module}.py").read_text(encoding="utf-8")
+    own = set(re.findall(r"^([A-Z_]+)(?:: \w+)? = ", written, re.MULTILINE))
+    return {name: held[name] for name in own if isinstance(held[name], int | float)}
+
+
+def test_every_constant_of_a_verdict_is_explained_with_its_number():
+    modules = [file.stem for file in (ROOT / "pellet_study" / "criticism").glob("*.py") if file.stem != "__init__"]
+    held = {f"{module}.{name}": value for module in modules for name, value in numbers_of(module).items()}
+    page = (ROOT / "docs" / "method.md").read_text(encoding="utf-8")
+    told = {f"{module}.{name}": float(value) for module, name, value in CONSTANT.findall(page)}
+    assert told == held
