@@ -151,8 +151,8 @@ def target_set(surface: Surface, target: float, uncertainty: float = 0.0, rule: 
 
 def _least(surface: Surface, objective, jacobian, start, target=None, uncertainty: float = 0.0) -> np.ndarray:
     """A minimum of the objective over the box, within +- uncertainty of the target where one is given."""
-    ends = (-np.inf, np.inf) if target is None else (target - uncertainty, target + uncertainty)
-    return np.clip(minimise(objective, jacobian, start, between(surface.model, *ends, len(start))), -1, 1)
+    low, high = (-np.inf, np.inf) if target is None else (target - uncertainty, target + uncertainty)
+    return np.clip(minimise(objective, jacobian, start, between(surface.model, low, high, len(start))), -1, 1)
 
 
 def _near(distance: np.ndarray) -> np.ndarray:

@@ -75,8 +75,9 @@ def _compared(coded: np.ndarray, plan: np.ndarray, words: np.ndarray) -> Departu
     from scipy.optimize import linear_sum_assignment
 
     mirrored = np.stack([plan, -plan])  # (2, n_runs, n_factors)
-    differs: np.ndarray = np.abs(coded[None, :, :, None] - mirrored[:, :, None, :]) > SAME_LEVEL
-    differs[:, ~plan.any(axis=1)[:, None] & words] = False  # words have no middle: at the centre they are spread
+    differs = np.abs(coded[None, :, :, None] - mirrored[:, :, None, :]) > SAME_LEVEL
+    spread = ~np.any(plan, axis=1, keepdims=True) & words
+    differs[:, spread] = False  # words have no middle: at the centre they are spread
     counts = differs.sum(axis=1)
     sign, least = counts.argmin(axis=0), counts.min(axis=0)  # (factor, planned factor)
     own = np.arange(coded.shape[1])
