@@ -80,6 +80,9 @@ class Comparison(Answer):
     fit : {grade, by, p, rule}: fits, doubtful or does not fit, the test that decides, its p, and the rule
     holdout_p, holdout_contradicts : of the rows held out together; True where they refute the model
     where : constants that would have to drift, the worst first
+    time_drift : how readings go with their order, where it is known
+    noise_share, scatter : variance of the simulations over that of the readings, {rig: ratio}; scatter of single readings beside
+        that of the simulations from seed to seed
     rows : [{rig, observable, conditions, value, predicted, residual, z, split}]
     curves : [{effects, panels}] of the model, and of the one without effects: what `draw(answer, "readings")` draws
     """
@@ -98,6 +101,9 @@ class Comparison(Answer):
     holdout_p: float | None
     holdout_contradicts: bool
     where: list[dict[str, Any]]
+    time_drift: list[dict[str, Any]]
+    noise_share: dict[str, float]
+    scatter: list[dict[str, Any]]
     rows: list[dict[str, Any]]
     warnings: list[str]
 
@@ -110,13 +116,17 @@ class Diagnosis(Answer):
 
     Attributes
     ----------
-    verdict : adequate, missing, tied or unexplained
+    verdict : adequate, missing, tied, undecided or unexplained
     missing, tied : names of effects; a pair of effects in `tied` is a list
     ranking : [{effect, score, p, p_adjusted, chi2_drop, value, ...}], the best first
     rivals : what each explanation named would do to the error, [{effects, chi2, rms_error, holdout_rms_error, ...}]
     nearest_miss : where nothing explains: what comes nearest, and why it is refused
     holdout_contradicts, fitted_too : whether the rows held out refute the model, and which of them, fitted too, would let an
         effect be named
+    drifting : how the amount of each effect named drifts, where it explains only so
+    by_time : drifts of readings with their order that explain the data as well
+    noise_share, limited : variance of the simulations over that of the readings, {rig: ratio}; what more simulations it would
+        take where that leaves the verdict undecided, or None
     undone : the set-up scatter, up to one standard error of a mean, that would undo the verdict, or None
     next_measurement : {rig, observable, conditions, predictions, uncertainties} that would tell rivals apart, or None
     """
@@ -130,6 +140,10 @@ class Diagnosis(Answer):
     nearest_miss: dict[str, Any] | None
     holdout_contradicts: bool
     fitted_too: dict[str, Any] | None
+    drifting: list[dict[str, Any]]
+    by_time: list[dict[str, Any]]
+    noise_share: dict[str, float]
+    limited: dict[str, Any] | None
     undone: dict[str, Any] | None
     next_measurement: dict[str, Any] | None
     warnings: list[str]
@@ -146,7 +160,8 @@ class Refinement(Answer):
     verdict : of the last step
     added, tied : names of effects
     steps : comparisons, `steps[0]` of the model as it came
-    rivals, nearest_miss, holdout_contradicts, fitted_too, undone, next_measurement : of the last step, as in `Diagnosis`
+    rivals, nearest_miss, holdout_contradicts, fitted_too, drifting, by_time, noise_share, limited, undone, next_measurement :
+        of the last step, as in `Diagnosis`
     """
 
     table = "steps"
@@ -158,6 +173,10 @@ class Refinement(Answer):
     nearest_miss: dict[str, Any] | None
     holdout_contradicts: bool
     fitted_too: dict[str, Any] | None
+    drifting: list[dict[str, Any]]
+    by_time: list[dict[str, Any]]
+    noise_share: dict[str, float]
+    limited: dict[str, Any] | None
     undone: dict[str, Any] | None
     next_measurement: dict[str, Any] | None
     warnings: list[str]
