@@ -1,17 +1,30 @@
 """What the simulated repose angle depends on besides the powder: tables with intervals in results/checks.
 
-    .venv/bin/python benchmarks/repose_checks.py [TABLE ...] [--heaps 12] [--workers 1] [--stored]
+    .venv/bin/python benchmarks/repose_checks.py [TABLE ...] [--heaps 24] [--energies 0.2 0] [--anew]
 
-`invariance` changes one setting of the default protocol after the other at the middle of the paper's Table 6 and several
-surface energies; `protocols` does the least of that for the other protocols. A row compares a setting with the same rig
-unchanged: the difference of the mean angles and its 95 % interval (Welch), beside the aim fixed beforehand. An aim is met
-where the whole interval lies within it, missed where it lies wholly outside, else open. Numerics are compared in a rig of
-500 grains, of the default's shape. First heaps of every row come first, so that a campaign that is stopped leaves a whole
-table with wider intervals; finished heaps are kept in results/checks/.store. Every table has a file of its heaps beside it.
+| table | what it compares |
+|---|---|
+| `invariance` | one setting of the default protocol after the other, with the same rig unchanged |
+| `protocols` | the least of that, for every protocol |
+| `costly` | the same where a heap takes minutes: full stiffness, smaller grains, the standard's base of 100 mm |
+| `versions` | the same heaps on the YADE here and on that of Debian 13 (.ci/debian13) |
+
+All heaps stand at the middle of the paper's Table 6, at the surface energies that a line names. A line has the difference
+of the mean angles and its 95 % interval (Welch), beside the aim fixed beforehand: met where the whole interval lies within
+it, missed where it lies wholly outside, else open. First heaps of every row come first: calls with more and more --heaps leave
+whole tables at any time, with narrower and narrower intervals.
+
+Every heap is a row of default_heaps.csv, and is not simulated again: a heap of the file is simulated anew first, and where it does
+not repeat, the file is of other scripts and refused (--anew: start from nothing).
 """
 
 import argparse
-from itertools import product
+import hashlib
+import io
+import json
+import subprocess
+import sys
+from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
@@ -20,11 +33,15 @@ import pandas as pd
 from scipy import stats
 
 from pellet_study.rigs import on_yade
-from pellet_study.simulation import dispatch
-from pellet_study.simulation.store import Store, key
+from pellet_study.simulation import dispatch, yade
 
-FOLDER = Path(__file__).resolve().parent.parent / "results" / "checks"
+ROOT = Path(__file__).resolve().parents[1]
+FOLDER = ROOT / "results" / "checks"
+HEAPS = FOLDER / "default_heaps.csv"
+OTHER_YADE = "2025.2.0"  # of Debian 13
 FIRST_SEED = 90_000
+REPEATS = 1e-6  # deg, within which a heap of the file does
+MOST = 24  # heaps of a setting
 MIDDLE = {
     "powder_restitution": 0.15,
     "powder_static_friction": 0.8,
@@ -34,7 +51,6 @@ MIDDLE = {
     "powder_steel_rolling_friction": 0.29,
     "powder_surface_energy": 0.2,
 }
-FULL: dict = {}  # 1,503 grains
 LENGTHS = (
     "base_diameter_mm",
     "outlet_height_mm",
@@ -43,6 +59,20 @@ LENGTHS = (
     "cylinder_diameter_mm",
 )
 READINGS = ("repose_angle_deg", "repose_flank_deg", "repose_triangle_deg", "repose_moment_deg")
+COMPARED = (
+    "repose_angle_deg",
+    "repose_moment_deg",
+)  # the reading that stands for the angle, and that of the least scatter
+MORE = ("over_edge_share", "heap_height_mm", "flow_time_s", "end_time_s", "largest_overlap")
+
+
+def case(seed: int, changes: dict, law: str | None = None) -> dict:
+    """The middle of Table 6 with changes to any group."""
+    known = on_yade.rig("repose")
+    groups = {g: {k: v for k, v in changes.items() if k in getattr(known, g)} for g in ("conditions", "numerics")}
+    parameters = MIDDLE | {k: v for k, v in changes.items() if k in known.parameters}
+    assert set(changes) <= {*parameters, *groups["conditions"], *groups["numerics"]}, changes
+    return on_yade.case("repose", contact_law=law, seed=seed, parameters=parameters, **groups)
 
 
 def shaped(grains: int) -> dict:
@@ -56,131 +86,156 @@ def shaped(grains: int) -> dict:
 
 
 class Row(NamedTuple):
-    """A setting of a table: `changes` to a `rig`, compared with `base`; its aim (deg), and the least and most heaps."""
+    """A setting of a table: `changes`, compared with `base`; its aim (deg), and the most heaps it is worth."""
 
     what: str
     surface_energy: float
-    rig: dict
     changes: dict
-    base: dict
+    base: dict | None = {}  # noqa: RUF012
     aim: float | None = None
-    heaps: int = 12
+    most: int = MOST
 
     @property
     def setting(self) -> str:
         """In words."""
-        return ", ".join(
-            f"{name} {value if isinstance(value, str) else format(value, 'g')}" for name, value in self.changes.items()
-        )
+        changed = {k: v for k, v in self.changes.items() if (self.base or {}).get(k) != v}
+        return ", ".join(f"{k} {v if isinstance(v, str) else format(v, 'g')}" for k, v in changed.items())
 
-    def cases(self, compared: bool) -> list[dict]:
-        """Of the row, or of what it is compared with."""
-        given = {"powder_surface_energy": self.surface_energy} | (self.base if compared else self.rig | self.changes)
-        return [case(FIRST_SEED + k, given) for k in range(self.heaps)]
+    def case(self, k: int, compared: bool = False) -> dict:
+        """Its heap number k, or that of what it is compared with."""
+        given = (self.base or {}) if compared else self.changes
+        return case(FIRST_SEED + k, given | {"powder_surface_energy": self.surface_energy})
 
 
 def one_at_a_time() -> list[Row]:
     """Rows of the table `invariance`."""
-    small = shaped(500)
-    rows = []
-    for energy in (0.0, 0.2, 0.1, 0.3):
-        numerics = [("time step", {"time_step_fraction": 0.045}, 1.0)]
-        numerics += [("stiffness", {"stiffness_scale": scale}, 1.0) for scale in (3e-3, 3.3e-4)]
-        if energy in (0.0, 0.2):
-            numerics += [("rest", {"rest_energy": value}, 1.0) for value in (1e-2, 4e-4)]
-        rows += [Row(what, energy, small, changes, small, aim, 24) for what, changes, aim in numerics]
-        rows.append(Row("number of grains", energy, small, {}, FULL, None, 12)._replace(what="500 grains"))
-        rows.append(Row("4,000 grains", energy, shaped(4000), {}, FULL, 1.5, 8))
-    for energy in (0.0, 0.2):
-        rows += [
-            Row("steel pair", energy, FULL, {f"powder_steel_{name}": value for name, value in steel.items()}, FULL)
-            for steel in (
-                {"static_friction": 0.36, "rolling_friction": 0.15},
-                {"restitution": 0.5},
-            )
-        ]
-        rows += [Row("fall height", energy, FULL, {"outlet_height_mm": value}, FULL) for value in (50.0, 75.0)]
-        rows += [Row("mass", energy, FULL, {"powder_mass_g": value}, FULL) for value in (30.0,)]
-        rows += [Row("base", energy, FULL, {"base": "smooth"}, FULL)]
-        rows += [Row("outlet", energy, FULL, {"outlet_diameter_mm": value}, FULL) for value in (30.0,)]
-        rows += [
-            Row("amplification", energy, FULL, {"amplification": value}, FULL, None, n)
-            for value, n in ((8.0, 12), (4.0, 6))
-        ]
-        rows += [Row("stiffness", energy, small, {"stiffness_scale": 1.0}, small, 1.0, 3)]
-    return rows
-
-
-def other_protocols() -> list[Row]:
-    """Rows of the table `protocols`."""
     small, rows = shaped(500), []
-    for protocol in ("lifted_cylinder", "funnel"):
-        told = {"protocol": protocol}
-        rows += [
-            Row(protocol, 0.2, small, told | {"time_step_fraction": 0.045}, small | told),
-            Row(protocol, 0.2, small, told, FULL | told),
+    for energy in (0.2, 0.0, 0.1, 0.3):
+        numerics = [("time step", {"time_step_fraction": 0.045})]
+        numerics += [("stiffness", {"stiffness_scale": scale}) for scale in (3e-3, 3.3e-4)]
+        if energy in (0.2, 0.0):
+            numerics += [("rest", {"rest_energy": value}) for value in (1e-2, 4e-4)]
+        rows.append(Row("default", energy, {}, None))
+        rows += [Row(what, energy, changes, aim=1.0) for what, changes in numerics]
+        rows.append(Row("500 grains", energy, small))
+        rows.append(Row("4,000 grains", energy, shaped(4000), aim=1.5, most=12))
+    for energy in (0.2, 0.0):
+        others = [
+            ("steel pair", {"powder_steel_static_friction": 0.36, "powder_steel_rolling_friction": 0.15}),
+            ("steel pair", {"powder_steel_restitution": 0.5}),
+            ("fall height", {"outlet_height_mm": 50.0}),
+            ("mass", {"powder_mass_g": 30.0}),
+            ("base", {"base": "smooth"}),
+            ("outlet", {"outlet_diameter_mm": 30.0}),
+            ("amplification", {"amplification": 8.0}),
         ]
-        if protocol == "funnel":
-            rows.append(Row(protocol, 0.2, small, told | {"outlet_height_mm": 41.6}, small | told))
-        else:
-            rows.append(Row(protocol, 0.2, small, told | {"lift_mm_s": 10.0}, small | told))
+        rows += [Row(what, energy, changes, most=12) for what, changes in others]
     return rows
 
 
-TABLES = {"invariance": one_at_a_time, "protocols": other_protocols}
+def costly() -> list[Row]:
+    """Rows of the table `costly`."""
+    small, full, rows = shaped(500), {"stiffness_scale": 1.0}, []
+    for energy in (0.2, 0.0):
+        rows.append(Row("full stiffness, 500 grains", energy, small | full, small, aim=1.0, most=3))
+        rows.append(Row("amplification", energy, {"amplification": 4.0}, most=4))
+    return [*rows, Row("base of 100 mm", 0.2, shaped(8 * 1503), most=3)]
 
 
-def case(seed: int, changes: dict, law: str | None = None) -> dict:
-    """The middle of Table 6 with changes to any group."""
-    known = on_yade.rig("repose")
-    groups = {g: {k: v for k, v in changes.items() if k in getattr(known, g)} for g in ("conditions", "numerics")}
-    parameters = MIDDLE | {k: v for k, v in changes.items() if k in known.parameters}
-    assert set(changes) <= {*parameters, *groups["conditions"], *groups["numerics"]}, changes
-    return on_yade.case("repose", contact_law=law, seed=seed, parameters=parameters, **groups)
+def each_protocol() -> list[Row]:
+    """Rows of the table `protocols`, at one surface energy."""
+    rows = []
+    for protocol in on_yade.rig("repose").conditions["protocol"]["options"]:
+        told = {"protocol": protocol} if protocol != "defined_base" else {}
+        other = {"lift_mm_s": 60.0} if protocol == "lifted_cylinder" else {"outlet_height_mm": 50.0}
+        rows += [
+            Row(f"{protocol}: default", 0.2, told, None),
+            Row(f"{protocol}: time step", 0.2, told | {"time_step_fraction": 0.045}, told),
+            Row(f"{protocol}: 500 grains", 0.2, told | shaped(500), told),
+            Row(f"{protocol}: {'faster lift' if 'lift_mm_s' in other else 'fall height'}", 0.2, told | other, told),
+        ]
+    return rows
 
 
-def simulated(rows: list[Row], most: int, workers: int | None, stored: bool) -> dict[str, pd.Series]:
-    """Every heap of a table by its key, simulated or from the store; only those in the store where asked so."""
-    rig, wanted = on_yade.rig("repose"), {}
-    for k in range(most):
-        for row, compared in product(rows, (True, False)):
-            if k < row.heaps:
-                one = row.cases(compared)[k]
-                wanted.setdefault(key(one, rig), one)
-    if stored:
-        with Store(FOLDER / ".store") as store:
-            known = store.rows(rig).index
-        wanted = {name: one for name, one in wanted.items() if name in known}
-    found = dispatch.run(list(wanted.values()), FOLDER / ".store", workers=workers, quiet=True)
-    return dict(zip(wanted, (row for _, row in found.iterrows()), strict=True))
+TABLES = {"invariance": one_at_a_time, "protocols": each_protocol, "costly": costly}
 
 
-def compared(row: Row, heaps: dict[str, pd.Series]) -> dict:
-    """A line of a table: the setting, its heaps, and the difference from what it is compared with."""
-    rig = on_yade.rig("repose")
-    sides = [
-        pd.DataFrame([heaps[name] for one in row.cases(base) if (name := key(one, rig)) in heaps])
-        for base in (False, True)
-    ]
-    good = [side[side["status"] == "ok"] if len(side) else side for side in sides]
-    line = {
-        "what": row.what,
-        "surface_energy_j_m2": row.surface_energy,
-        "setting": row.setting,
-        "heaps": len(sides[0]),
-        "compared_with": len(sides[1]),
-        "lost": len(sides[0]) - len(good[0]),
-    }
-    if min(map(len, good)) < 2:
-        return line
-    angle, base = (side["repose_angle_deg"].astype(float) for side in good)
-    line |= {name: round(good[0][name].astype(float).mean(), 2) for name in READINGS}
-    line["sd_over_seeds_deg"] = round(angle.std(ddof=1), 2)
-    line |= difference(angle.to_numpy(), base.to_numpy(), row.aim)
-    line["largest_overlap"] = round(good[0]["largest_overlap"].astype(float).max(), 3)
-    line["end_time_s"] = round(good[0]["end_time_s"].astype(float).mean(), 3)
-    line["first_loss"] = next(iter(sides[0].loc[sides[0]["status"] != "ok", "status"]), "")
-    return line
+def name_of(case: dict) -> str:
+    """A case by what it says, whatever the scripts."""
+    return hashlib.sha256(json.dumps(case, sort_keys=True).encode()).hexdigest()[:16]
+
+
+class Heaps:
+    """The heaps of the file and those made since, by version of YADE and name."""
+
+    def __init__(self, anew: bool, workers: int | None):
+        self.workers, self.version = workers, yade.version()
+        known = HEAPS.exists() and not anew
+        self.rows = pd.read_csv(HEAPS, dtype={"yade": str}).set_index(["yade", "name"]) if known else None
+
+    def known(self, case: dict, version: str | None = None) -> bool:
+        """Whether there is such a heap."""
+        return self.rows is not None and (version or self.version, name_of(case)) in self.rows.index
+
+    def frame(self, cases: Iterable[dict], version: str | None = None) -> pd.DataFrame:
+        """Rows of those that there are."""
+        found = [(version or self.version, name_of(one)) for one in cases if self.known(one, version)]
+        return self.rows.loc[found] if found else pd.DataFrame(columns=["status", *READINGS])
+
+    def check(self, row: Row) -> None:
+        """Simulate a heap of the file anew."""
+        if not self.known(one := row.case(0)):
+            return
+        [again], [before] = self.simulated([one]).to_dict("records"), self.frame([one]).to_dict("records")
+        if not abs(again["repose_angle_deg"] - before["repose_angle_deg"]) <= REPEATS:
+            sys.exit(
+                f"the heap of seed {one['seed']} had {before['repose_angle_deg']:.6f} deg and has "
+                f"{again['repose_angle_deg']:.6f} now: {HEAPS.name} is of other scripts; --anew starts from nothing"
+            )
+
+    def simulated(self, cases: list[dict]) -> pd.DataFrame:
+        """Those cases simulated, whatever the file has."""
+        found = dispatch.run(cases, FOLDER / ".store", workers=self.workers, quiet=True)
+        kept = found[["seed", "status", "grains", *READINGS, *MORE]]
+        index = pd.MultiIndex.from_arrays(
+            [[self.version] * len(cases), list(map(name_of, cases))], names=["yade", "name"]
+        )
+        return kept.set_axis(index)
+
+    def add(self, rows: pd.DataFrame) -> None:
+        """Keep rows, in the file too."""
+        self.rows = rows if self.rows is None else pd.concat([self.rows, rows])
+        self.rows = self.rows[~self.rows.index.duplicated()]
+        self.rows.sort_index().to_csv(HEAPS, float_format="%.9g", lineterminator="\n")
+
+    def make(self, cases: list[dict]) -> None:
+        """Simulate what is missing."""
+        wanted = {name_of(one): one for one in cases if not self.known(one)}
+        if wanted:
+            self.add(self.simulated(list(wanted.values())))
+
+
+def line(row: Row, here: pd.DataFrame, base: pd.DataFrame | None) -> dict:
+    """Of a table: the setting, its heaps, and the difference from what it is compared with."""
+    good = here[here["status"] == "ok"]
+    found = {"what": row.what, "surface_energy_j_m2": row.surface_energy, "setting": row.setting}
+    found |= {"heaps": len(here), "lost": len(here) - len(good)}
+    if len(good):
+        found |= {name: round(good[name].astype(float).mean(), 2) for name in READINGS}
+    if len(good) > 1:
+        found["sd_over_seeds_deg"] = round(good["repose_angle_deg"].astype(float).std(), 2)
+    if base is not None:
+        base = base[base["status"] == "ok"]
+        found["compared_with"] = len(base)
+        if min(len(good), len(base)) > 1:
+            angles, moments = ([each[name].astype(float).to_numpy() for each in (good, base)] for name in COMPARED)
+            found |= difference(*angles, row.aim)
+            found |= {f"moment_{key}": value for key, value in difference(*moments, None).items()}
+    if len(good):
+        found["largest_overlap"] = round(good["largest_overlap"].astype(float).max(), 3)
+        found["end_time_s"] = round(good["end_time_s"].astype(float).mean(), 3)
+    found["first_loss"] = next(iter(here.loc[here["status"] != "ok", "status"]), "")
+    return found
 
 
 def difference(angle: np.ndarray, base: np.ndarray, aim: float | None) -> dict:
@@ -200,25 +255,98 @@ def difference(angle: np.ndarray, base: np.ndarray, aim: float | None) -> dict:
     return found
 
 
+def table_of(rows: list[Row], heaps: Heaps) -> pd.DataFrame:
+    """A table."""
+    lines = []
+    for row in rows:
+        numbers = range(row.most)
+        base = None if row.base is None else heaps.frame(row.case(k, True) for k in range(MOST))
+        lines.append(line(row, heaps.frame(row.case(k) for k in numbers), base))
+    return pd.DataFrame(lines)
+
+
+def page(table: pd.DataFrame) -> list[str]:
+    """The lines of a table as they stand in docs/heap_physics.md."""
+    lines = []
+    for row in table.astype(object).where(table.notna(), None).to_dict("records"):
+        cells = [
+            row["what"],
+            f"{row['surface_energy_j_m2']:g}",
+            row["setting"] or "",
+            f"{row['heaps'] - row['lost']:g}",
+        ]
+        angles = (row.get("repose_angle_deg"), row.get("repose_moment_deg"))
+        cells.append("-" if None in angles else "{:.1f} / {:.1f}".format(*angles))
+        for name in ("", "moment_"):
+            change = [row.get(f"{name}{key}_deg") for key in ("change", "low", "high")]
+            cells.append("" if None in change else "{:+.1f} ({:.1f} to {:.1f})".format(*change))
+        aim = row.get("aim_deg")
+        cells.append(f"{aim:g}: {row['aim_is']}" if aim is not None and row.get("aim_is") else "")
+        lines.append("| " + " | ".join(cells) + " |")
+    return lines
+
+
+def written(name: str, table: pd.DataFrame) -> None:
+    """Write a table."""
+    table.to_csv(FOLDER / f"{name}.csv", index=False, lineterminator="\n")
+
+
+VERSIONS = [Row("default", energy, {}, None, 1.5) for energy in (0.0, 0.2)]
+
+
+def versions(heaps: Heaps) -> pd.DataFrame:
+    """The table of both YADEs, of what the file has."""
+    lines = []
+    for row in VERSIONS:
+        cases = [row.case(k) for k in range(row.most)]
+        both = [heaps.frame(cases, version) for version in (OTHER_YADE, heaps.version)]
+        lines.append(line(row, *both) | {"what": f"{OTHER_YADE} against {heaps.version}"})
+    return pd.DataFrame(lines)
+
+
+def on_debian13(most: int) -> pd.DataFrame:
+    """The heaps of `versions` on Debian 13."""
+    command = [ROOT / ".ci" / "debian13", "sh", "-c"]
+    words = f"make install yade >&2 && .venv/bin/python benchmarks/repose_checks.py --here --heaps {most}"
+    found = subprocess.run([*command, words], stdout=subprocess.PIPE, text=True, check=True).stdout
+    return pd.read_csv(io.StringIO(found[found.index("yade,") :]), dtype={"yade": str}).set_index(["yade", "name"])
+
+
 def main() -> None:
     """Simulate what is missing and write the tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("tables", nargs="*", metavar="TABLE", help=f"any of {', '.join(TABLES)}; default all")
-    parser.add_argument("--heaps", type=int, default=100, help="at most so many of a setting; default all")
+    known = [*TABLES, "versions"]
+    parser.add_argument("tables", nargs="*", metavar="TABLE", help=f"any of {', '.join(known)}; default all")
+    parser.add_argument("--heaps", type=int, default=MOST, help=f"at most so many of a setting; default {MOST}")
     parser.add_argument("--workers", type=int)
-    parser.add_argument("--stored", action="store_true", help="simulate nothing: what the store has")
+    parser.add_argument("--anew", action="store_true", help="forget the heaps of the file")
+    parser.add_argument(
+        "--here", action="store_true", help="heaps of `versions` on this YADE alone, on standard output"
+    )
+    parser.add_argument("--energies", type=float, nargs="+", metavar="G", help="simulate at these alone, J/m2")
     given = parser.parse_args()
-    if unknown := set(given.tables) - set(TABLES):
-        parser.error(f"no table {', '.join(sorted(unknown))}; expected any of {', '.join(TABLES)}")
-    for name in given.tables or TABLES:
-        rows = TABLES[name]()
-        heaps = simulated(rows, given.heaps, given.workers, given.stored)
-        pd.DataFrame(heaps.values()).drop(columns="id").to_csv(
-            FOLDER / f"{name}_heaps.csv", index=False, float_format="%.6g", lineterminator="\n"
-        )
-        table = pd.DataFrame([compared(row, heaps) for row in rows])
-        table.to_csv(FOLDER / f"{name}.csv", index=False, lineterminator="\n")
-        print(table.to_string(index=False), flush=True)
+    if unknown := set(given.tables) - set(known):
+        parser.error(f"no table {', '.join(sorted(unknown))}; expected any of {', '.join(known)}")
+    heaps = Heaps(given.anew, given.workers)
+    if given.here:
+        cases = [row.case(k) for k in range(given.heaps) for row in VERSIONS]
+        heaps.make(cases)
+        print(heaps.frame(cases).reset_index().to_csv(index=False, float_format="%.9g"))
+        return
+    wanted = given.tables or known
+    heaps.check(VERSIONS[0])
+    for name in wanted:
+        rows = TABLES[name]() if name in TABLES else VERSIONS
+        now = [row for row in rows if not given.energies or row.surface_energy in given.energies]
+        sides = [(row, compared) for row in now for compared in ((False,) if row.base is None else (True, False))]
+        heaps.make([row.case(k, side) for k in range(given.heaps) for row, side in sides if k < row.most])
+        if name in TABLES:
+            written(name, table_of(rows, heaps))
+    if "versions" in wanted:
+        heaps.add(on_debian13(given.heaps))
+        written("versions", versions(heaps))
+    for name in wanted:
+        print(pd.read_csv(FOLDER / f"{name}.csv").to_string(index=False), flush=True)
 
 
 if __name__ == "__main__":
