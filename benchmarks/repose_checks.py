@@ -99,6 +99,8 @@ class Row(NamedTuple):
     def setting(self) -> str:
         """In words."""
         changed = {k: v for k, v in self.changes.items() if (self.base or {}).get(k) != v}
+        if set(LENGTHS) <= set(changed):
+            return f"{changed['powder_mass_g']:g} g, all lengths of the rig in proportion"
         return ", ".join(f"{k} {v if isinstance(v, str) else format(v, 'g')}" for k, v in changed.items())
 
     def case(self, k: int, compared: bool = False) -> dict:
@@ -153,6 +155,7 @@ def each_protocol() -> list[Row]:
             Row(f"{protocol}: time step", 0.2, told | {"time_step_fraction": 0.045}, told),
             Row(f"{protocol}: 500 grains", 0.2, told | shaped(500), told),
             Row(f"{protocol}: {'faster lift' if 'lift_mm_s' in other else 'fall height'}", 0.2, told | other, told),
+            Row(f"{protocol}: mass", 0.2, told | {"powder_mass_g": 50.0}, told),
         ]
     return rows
 
@@ -161,8 +164,9 @@ TABLES = {"invariance": one_at_a_time, "protocols": each_protocol, "costly": cos
 
 
 def name_of(case: dict) -> str:
-    """A case by what it says, whatever the scripts."""
-    return hashlib.sha256(json.dumps(case, sort_keys=True).encode()).hexdigest()[:16]
+    """A case by what it says of a heap without effects, whatever the scripts."""
+    said = {group: case[group] for group in ("contact_law", "seed", "parameters", "conditions", "numerics")}
+    return hashlib.sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()[:16]
 
 
 class Heaps:
