@@ -260,12 +260,14 @@ def difference(angle: np.ndarray, base: np.ndarray, aim: float | None) -> dict:
 
 
 def table_of(rows: list[Row], heaps: Heaps) -> pd.DataFrame:
-    """A table."""
+    """A table, of the rows that have heaps."""
     lines = []
     for row in rows:
         numbers = range(row.most)
         base = None if row.base is None else heaps.frame(row.case(k, True) for k in range(MOST))
-        lines.append(line(row, heaps.frame(row.case(k) for k in numbers), base))
+        here = heaps.frame(row.case(k) for k in numbers)
+        if len(here):
+            lines.append(line(row, here, base))
     return pd.DataFrame(lines)
 
 
