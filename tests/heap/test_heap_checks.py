@@ -48,7 +48,11 @@ def heaps():
 
 @pytest.mark.parametrize("name", repose_checks.TABLES)
 def test_the_tables_follow_from_their_heaps(name, heaps):
-    made = io.StringIO(repose_checks.table_of(repose_checks.TABLES[name](), heaps).to_csv(index=False))
+    table = repose_checks.table_of(repose_checks.TABLES[name](), heaps)
+    if table.empty:  # no heap of it has been made
+        assert not (CHECKS / f"{name}.csv").exists()
+        return
+    made = io.StringIO(table.to_csv(index=False))
     pd.testing.assert_frame_equal(pd.read_csv(made), pd.read_csv(CHECKS / f"{name}.csv"))
 
 
@@ -58,11 +62,12 @@ def test_the_table_of_versions_follows_from_its_heaps(heaps):
 
 
 def test_the_page_has_the_lines_of_the_tables():
-    """Every line of the page on the default heap stands so in a table, and every line of a table on the page."""
+    """Every line of a table of the default heap stands on its page."""
     page = (ROOT / "docs" / "heap_physics.md").read_text(encoding="utf-8")
     for name in (*repose_checks.TABLES, "versions"):
-        for line in repose_checks.page(pd.read_csv(CHECKS / f"{name}.csv")):
-            assert line in page, line
+        if (CHECKS / f"{name}.csv").exists():
+            for line in repose_checks.page(pd.read_csv(CHECKS / f"{name}.csv")):
+                assert line in page, line
 
 
 def test_the_difference_of_known_heaps_has_welchs_interval():
