@@ -52,14 +52,15 @@ def check(command: str, folder: Path, figures: Path | None = None) -> None:
 
     Parameters
     ----------
-    folder : of its results
+    folder : of its results; what is none yet holds nothing
     figures : folder of those it is asked to draw, None where it draws none
 
     Raises
     ------
     InputError : names the file
     """
-    for name, known in WRITTEN.get(command, {}).items():
+    written = WRITTEN.get(command, {}) if folder.is_dir() else {}
+    for name, known in written.items():
         for file in folder.glob(name) if "*" in name else [folder / name]:
             writing.check(file, ours=known)
     if figures is not None and command in WRITTEN:
