@@ -1,5 +1,6 @@
 """Which columns of a table are factors and response, which are blocks, and which are bookkeeping to be left out."""
 
+import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -13,6 +14,9 @@ from pellet_study.doe.raw_table import SIGNS, Raw, check_header, read_raw
 from pellet_study.errors import InputError
 from pellet_study.tables.headers import found_in, role, says_run_order
 from pellet_study.tables.numbers import MISSING, SIZES, fits, is_number, number
+
+QUANTITY = re.compile(r"[-+\u2212]?\d+([.,]\d+)?\s*[^\d\s.,;:/-]\S*$")
+"""A number with its unit in the same cell."""
 
 STANDARD_ORDER = "standard_order"
 """The column of a run sheet that says where in the design each run stands."""
@@ -186,6 +190,11 @@ def _role(raw: Raw, i: int) -> tuple[str | None, str | None]:
     if len(filled) > 1 and not any(is_number(cell, raw.decimal) or cell in SIGNS for cell in filled):
         if all(cell.lower() in MISSING for cell in filled):
             return None, None
+        if all(QUANTITY.match(cell) or cell.lower() in MISSING for cell in filled):
+            return None, (
+                f"{name!r} holds numbers with text behind them ({filled[0][:30]!r}): write the numbers alone, and what is behind "
+                "them into the header, as NAME (UNIT)"
+            )
         levels = _quoted(f"{name}={','.join(sorted(set(filled))[:3])}")
         return None, (
             f"{name!r} holds text ({filled[0][:30]!r}): --block {_quoted(name)} if its words say which block, --factor "

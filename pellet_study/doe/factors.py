@@ -1,5 +1,6 @@
 """A factor and the one crossing between its physical and its coded levels."""
 
+import re
 from dataclasses import dataclass
 
 import numpy as np
@@ -7,6 +8,9 @@ import numpy as np
 from pellet_study.errors import InputError
 from pellet_study.tables.headers import split_unit
 from pellet_study.tables.numbers import SIZES, fits, number, number_given
+
+LEVEL = re.compile(r"([^=]+?|.+?)=([^=,]*\d[^=,]*)(,|$)")
+"""NAME=LEVEL with the comma or the end behind it."""
 
 
 @dataclass(frozen=True)
@@ -91,7 +95,7 @@ def parse_factor(text: str) -> Factor:
 
     `NAME=WORD,WORD,...`, none of them a number, is a categorical factor.
     """
-    name, _, levels = text.partition("=")
+    name, _, levels = text.rpartition("=")  # a name may have the sign itself
     words = [word.strip() for word in levels.split(",")]
     if name.strip() and len(words) > 1 and all(words) and not any(map(_numeric, words)):
         if len(set(words)) < len(words):
@@ -141,13 +145,16 @@ def parse_factors(words: list[str]) -> list[Factor]:
 
 
 def parse_levels(text: str) -> dict[str, float]:
-    """{name: level} from `A=1.5,B=2`."""
+    """{name: level} from `A=1.5,B=2`; a name may hold `=` and commas itself."""
     try:
-        pairs = [word.split("=") for word in text.split(",")]
-        return {name.strip(): number_given(level) for name, level in pairs}
+        pairs = LEVEL.findall(text)
+        whole = "".join(f"{name}={level}{end}" for name, level, end in pairs) == text
+        if not whole or any(re.match(r"\s*\d+,", name) for name, *_ in pairs):  # the rest of a decimal comma
+            raise ValueError
+        return {name.strip(): number_given(level) for name, level, _ in pairs}
     except ValueError:
         raise InputError(
-            f"{text!r} was not understood: expected NAME=LEVEL,NAME=LEVEL, such as B=0.887,C=0.319"
+            f"{text!r} was not understood: expected NAME=LEVEL,NAME=LEVEL, with decimal points, such as B=0.887,C=0.319"
         ) from None
 
 

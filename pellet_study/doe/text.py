@@ -87,8 +87,9 @@ def _blocks_text(analysis: Screening | Surface) -> str:
     """Each block's level beside the mean of the blocks, for which the equation holds."""
     extra = dict(zip(analysis.model.columns, analysis.model.results.params, strict=True))
     lines = []
+    least = 1e-12 * abs(analysis.model.response).max()  # below it an offset is the rounding of its computation
     for name, levels in offsets(analysis.table.blocks, extra).items():
-        words = ", ".join(f"{level} {value:+.5g}" for level, value in levels.items())
+        words = ", ".join(f"{level} {value if abs(value) > least else 0:+.5g}" for level, value in levels.items())
         lines.append(f"\nblocks of {name}: {words} (beside the mean of the blocks, which all predictions are for)")
     return "".join(lines)
 

@@ -6,9 +6,12 @@ resin viscosity: Myers and Montgomery, Response Surface Methodology, 2nd ed., Wi
 
 import json
 
+import numpy as np
+import pandas as pd
 import pytest
 
 from pellet_study.__main__ import main
+from pellet_study.doe import box_behnken
 
 RESIN = {
     "1": 62,
@@ -261,3 +264,41 @@ def test_a_level_far_off_the_middle_needs_a_word_and_the_advice_works(tmp_path, 
     assert "logarithm" in error and advice == "A=10,1000"
     found = answer(tmp_path, content, "--factor", advice)
     assert found["factors"][0]["low"] == 10
+
+
+def test_names_may_hold_signs_and_commas(tmp_path, capsys):
+    """`=` and commas in quoted headers: the levels of -1 and +1, and a prediction, are given by these names."""
+    coded = box_behnken.coded_matrix(3, 5)
+    frame = pd.DataFrame(coded, columns=["T, in C", "a=b", "C"])
+    frame["y"] = 50 + 3 * coded[:, 0] + 2 * coded[:, 1] + 0.1 * np.random.default_rng(2).normal(size=len(coded))
+    path = tmp_path / "signs.csv"
+    frame.to_csv(path, index=False)
+    words = ["--factor", "T, in C=10,30", "--factor", "a=b=1,2", "--predict", "T, in C=25,a=b=1.5,C=0"]
+    assert main(["bbd", str(path), *words]) == 0
+    told = capsys.readouterr().out
+    assert "at T, in C 25, a=b 1.5, C 0;" in told
+    assert float(told.split("\npredicted ")[1].split()[0]) == pytest.approx(51.5, abs=0.2)
+    assert main(["bbd", str(path), "--predict", "T, in C=2,5,a=b=1.5,C=0"]) == 2
+    assert "decimal points" in capsys.readouterr().err
+
+
+def test_numbers_with_their_unit_in_the_cell_are_told_where_the_unit_goes(tmp_path, capsys):
+    coded = box_behnken.coded_matrix(3, 5)
+    frame = pd.DataFrame(coded, columns=list("ABC"))
+    frame["y"] = [f"{50 + 3 * a:g} %" for a in coded[:, 0]]
+    path = tmp_path / "percent.csv"
+    frame.to_csv(path, index=False)
+    assert main(["bbd", str(path)]) == 2
+    told = capsys.readouterr().err
+    assert "write the numbers alone" in told and "--block" not in told
+
+
+def test_an_offset_of_rounding_is_zero(tmp_path, capsys):
+    coded = np.vstack([box_behnken.coded_matrix(3, 3)] * 2)
+    frame = pd.DataFrame(coded, columns=list("ABC")).assign(day=np.repeat(["mo", "di"], len(coded) // 2))
+    wobble = np.tile([0.1, -0.1, 0.2, -0.2, 0.3], 3)
+    frame["y"] = 62.7 + 3 * frame.A + np.concatenate([wobble, wobble[::-1]])
+    path = tmp_path / "days.csv"
+    frame.to_csv(path, index=False)
+    assert main(["bbd", str(path), "--block", "day"]) == 0
+    assert "mo +0, di +0" in capsys.readouterr().out.replace("-0", "+0")
