@@ -10,10 +10,11 @@
 | `rolling` | 0; rolling speed, m/s | rolling friction coefficient beyond the constant one |
 | `tangential_stiffness` | 1 | share of the contact law's tangential stiffness |
 | `force` | force on the centre of mass, N; velocity, m/s; volume, m3 | force, N |
+| `reading` | an observable that the effect reads | the reading, in its unit |
 
 An effect's function gets what the place asks with and its own parameters last. Effects that share a place act one
-after the other. `reading`, asked with an observable, is no place of a scene: it acts on what the rig has observed, on the
-rig's first observable or on those that its EFFECT names as `reads` (`read_of`).
+after the other. `reading` acts when a rig has observed all, on its first observable, or on those that the EFFECT names
+as `reads` (`read_of`).
 """
 
 READING = "reading"

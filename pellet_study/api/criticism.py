@@ -18,6 +18,7 @@ from pellet_study.criticism.compare import compare as compare_rows
 from pellet_study.criticism.curves import curves_named, curves_of
 from pellet_study.criticism.diagnose import GATE
 from pellet_study.criticism.diagnose import diagnose as rank
+from pellet_study.criticism.noise import undecided
 from pellet_study.criticism.refine import refine as refine_study
 from pellet_study.criticism.robustness import examined
 from pellet_study.criticism.spread import scatters
@@ -83,7 +84,7 @@ def diagnose(study: Study, *, write: bool = False) -> Diagnosis:
     adequate []
     """
     state = fit_study(study)
-    found = examined(study, state, rank(study, state), GATE)
+    found = examined(study, state, undecided(study, state, rank(study, state), GATE), GATE)
     found = replace(found, warnings=(*found.warnings, *outlying.told(study, _diagnosed)))
     answer = {
         **answers.diagnosis(found),

@@ -246,10 +246,11 @@ def limited_words(diagnosis: dict) -> str:
     if found is None:
         return ""
     share, most = number(found["noise_share"], 2), number(found["most"], 2)
+    minutes = f", {number(found['cpu_minutes'], 2)} cpu minutes" if found["cpu_minutes"] else ""  # where none was timed
     return (
-        f"the simulations of {found['rig']} scatter too much: their variance is {share} of the readings' (at most {most} decides), "
-        f"and without it a missing effect could show; it would take about {found['simulations']} more simulations, "
-        f"{number(found['cpu_minutes'], 2)} cpu minutes: a larger --budget, or narrower ranges of the free parameters"
+        f"the simulations of {found['rig']} scatter too much: their variance is {share} times the readings' (at most {most} decides), "
+        f"and without it a missing effect could show; it would take about {found['simulations']} more "
+        f"simulations{minutes}: `refine` with a larger --budget, or narrower ranges of the free parameters"
     )
 
 

@@ -40,6 +40,13 @@ def limited(study: Study, state: CalibratedStudy, found: Diagnosis, gate: float)
     return diagnose(study, alone, gate, propose=False, rank=False).verdict != Verdict.ADEQUATE
 
 
+def undecided(study: Study, state: CalibratedStudy, found: Diagnosis, gate: float) -> Diagnosis:
+    """A diagnosis that says so where its verdict hangs on the scatter of the simulations."""
+    if not limited(study, state, found, gate):
+        return found
+    return replace(found, verdict=Verdict.UNDECIDED, limited=limit_of(state, found))
+
+
 def limit_of(state: CalibratedStudy, found: Diagnosis) -> Limited:
     """What it would take to be rid of the limit: simulations of the worst rig, and cpu minutes."""
     rig, share = next(iter(loud(found.comparison.noise_share).items()))
@@ -60,7 +67,7 @@ def more_seeds(state: CalibratedStudy, found: Diagnosis, left_s: float) -> float
     if engine.plan.blocks.get(rig, 1) >= MOST_BLOCKS:
         return None
     _, seconds = engine.cost_of_more(rig)
-    if seconds > left_s:
+    if left_s <= 0 or seconds > left_s:  # seconds is 0 where none was timed
         return None
     engine.more(rig)
     return seconds

@@ -333,17 +333,20 @@ def effect_from(module: ModuleType, where: Path, file: Path | None = None) -> Ef
     missing = [key for key in wanted if key not in declared]
     if missing:
         raise InputError(f"{where}: EFFECT lacks {', '.join(missing)}")
+    reads = declared.get("reads", ())
+    if isinstance(reads, str) or not all(isinstance(name, str) for name in reads):
+        raise InputError(f"{where}: reads: expected a list of observables, got {reads!r}")
     parameters_in = declared.get("parameters_in", {})
     for parameters in (declared["parameters"], *parameters_in.values()):
         _check_parameters(where, parameters)
     scenes = {name: getattr(module, name) for name in SCENES if hasattr(module, name)}
-    seed = scenes.get("SEED_SCENE", {})
+    readings = [scene[acting.READING] for scene in scenes.values() if set(scene) == {acting.READING}]
     return Effect(
         **{key: declared[key] for key in wanted},
         parameters_in=parameters_in,
         closed_form=getattr(module, "CLOSED_FORM", {}),
         order=getattr(module, "ORDER", 1),
-        reading=seed["reading"] if set(seed) == {"reading"} else None,
+        reading=readings[0] if readings and len(readings) == len(scenes) else None,
         reads=tuple(declared["reads"]) if "reads" in declared else None,
         file=file,
         scenes=scenes,

@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 import yade_scripts
+from yade_scripts.acting import READING
 from yade_scripts.effects import acting_in
 
 SCRIPTS = Path(yade_scripts.__file__).resolve().parent
@@ -21,7 +22,10 @@ def fingerprint(file: Path, extra: Sequence[Path] = ()) -> str:
 
 
 def scene(file: Path) -> tuple[str, set[str]] | None:
-    """What an effect in a rig calls its places, and the places that the rig's scripts ask; None without any of them."""
+    """What an effect in a rig calls its places, and the places that the rig's scripts ask; None without any of them.
+
+    An effect on readings acts on what any rig has observed (`case.run`).
+    """
     sources = _sources([file])
     asked = {
         str(node.args[0].value)
@@ -32,7 +36,7 @@ def scene(file: Path) -> tuple[str, set[str]] | None:
     }
     if not asked or SCRIPTS / "acting.py" not in sources:
         return None
-    return "POWDER_SCENE" if SCRIPTS / "powder_scene.py" in sources else "SEED_SCENE", asked
+    return "POWDER_SCENE" if SCRIPTS / "powder_scene.py" in sources else "SEED_SCENE", asked | {READING}
 
 
 def imported(source: bytes) -> list[Path]:

@@ -20,6 +20,21 @@ from pellet_study.study.scene_trials import refuse_jumps_in_scenes
 INERT = 1e-6  # relative change of a prediction by an effect at `absent`: what a rig's solver leaves
 
 
+def refuse_reads(effect: Effect, catalogue: Catalogue) -> None:
+    """Refuse an effect on readings that names an observable which none of its rigs gives.
+
+    Raises
+    ------
+    InputError : names it, and what there is
+    """
+    known = {o for rig in effect.rigs if rig in catalogue.rigs for o in catalogue.rigs[rig].observables}
+    for name in effect.reads or ():
+        if effect.file and known and name not in known:
+            raise InputError(
+                f"{effect.file}: reads: {name!r} is no observable of {', '.join(effect.rigs)}{nearest(name, known)}"
+            )
+
+
 def check_on_rows(catalogue: Catalogue, rows: Sequence[Measurement], settings: Mapping[str, float]) -> None:
     """Ask closed forms that the user's own code has a part in for a study's rows, without effects and with each at `absent`.
 
@@ -30,6 +45,8 @@ def check_on_rows(catalogue: Catalogue, rows: Sequence[Measurement], settings: M
     InputError : a prediction fails, or an effect at `absent` changes it, jumps from there, or moves in steps
     """
     used = [catalogue.rigs[name] for name in dict.fromkeys(row.rig for row in rows)]
+    for effect in catalogue.effects.values():
+        refuse_reads(effect, catalogue)
     for effect in catalogue.effects.values():
         if effect.file and (on_yade := [rig for rig in used if rig.on_yade and rig.name in effect.rigs]):
             refuse_jumps_in_scenes(effect, on_yade)

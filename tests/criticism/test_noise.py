@@ -70,7 +70,12 @@ def test_adequate_by_noise_alone_is_undecided_and_says_what_it_would_take(tmp_pa
     assert limit["simulations"] > 0 and limit["cpu_minutes"] > 0
     assert "the simulations of inclined_roll scatter too much" in said and "a larger --budget" in said
     assert "from readings" in said and "from simulations (noise share" in said
+    again, _ = refined(tmp_path / "s", 0, capsys)
+    assert again["verdict"] == "undecided"
     assert command("report", tmp_path / "s")[0] == 0
+    status, diagnosed = command("diagnose", tmp_path / "s", json_file=tmp_path / "d.json")
+    assert status == 0 and diagnosed["verdict"] == "undecided"
+    assert diagnosed["limited"]["simulations"] == limit["simulations"]
 
 
 def test_more_simulations_within_the_budget_name_the_effect(tmp_path, simulated, capsys):

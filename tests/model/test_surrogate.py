@@ -386,3 +386,63 @@ def test_slip_alone_is_refined_on_yade(tmp_path):
     assert isinstance(found.state.model.engines["slope_slip"], Surrogate)
     assert replace(study, effort=2.0).effort == 2.0
     assert on_yade.rig("slope_slip").seeds == 1
+
+
+ZERO_OFF = """
+EFFECT = {
+    "name": "ratio_off", "means": "the ratio is read too high", "formula": "reading = value + k", "sides": 2,
+    "parameters": {"k": {"absent": 0.0, "min": -1.0, "max": 1.0, "unit": "1", "meaning": "k"}},
+    "rigs": {"rebound": "the ratio alone"}, "reads": READS, "signature": "-", "source": "made up for this test",
+}
+
+
+def reading(value, values):
+    return value + values["k"]
+
+
+SEED_SCENE = {"reading": reading}
+"""
+TILTED = "rig,observable,value,sd,n,plate_tilt_deg\n" + "\n".join(
+    f"rebound,{observable},{value},0.1,5,{tilt}"
+    for observable, value in (("rebound_height_mm", 7.0), ("tangential_restitution", 0.7))
+    for tilt in (10, 20)
+)
+E0 = "seed_powder_restitution = { value = 0.3, min = 0.2, max = 0.5 }"
+
+
+@pytest.mark.parametrize(
+    ("effect", "moves"),
+    [
+        ("reading_offset = { offset = 1.5 }", "rebound_height_mm"),
+        ("ratio_off = { k = 0.25 }", "tangential_restitution"),
+    ],
+)
+def test_an_effect_on_readings_acts_on_the_surfaces_as_in_the_rig(tmp_path, monkeypatch, effect, moves):
+    """Heights and ratios without the effect come from a stub; the command line adds it to the observable it reads alone."""
+
+    def run(cases, store, **_):
+        store.mkdir(parents=True, exist_ok=True)
+        e = np.array([case["parameters"]["seed_powder_restitution"] for case in cases])
+        return pd.DataFrame({"rebound_height_mm": 80 * e**2, "tangential_restitution": 0.7 + 0 * e, "status": "ok"})
+
+    monkeypatch.setattr(dispatch, "run", run)
+    found = {}
+    for name, more in (("without", ""), ("with", f"\n[effects]\n{effect}")):
+        folder = study_in(tmp_path / name, TILTED, E0.replace("{ value = 0.3, min = 0.2, max = 0.5 }", "0.3") + more)
+        (folder / "effects").mkdir()
+        text = ZERO_OFF.replace("READS", '("tangential_restitution",)')
+        (folder / "effects" / "ratio_off.py").write_text(text, encoding="utf-8")
+        status, answer = command("compare", folder, json_file=tmp_path / "answer.json")
+        assert status == 0
+        found[name] = {row["observable"]: row["predicted"] for row in answer["rows"]}
+    shift = {name: found["with"][name] - found["without"][name] for name in found["with"]}
+    amount = 1.5 if moves == "rebound_height_mm" else 0.25
+    assert shift == pytest.approx({name: amount if name == moves else 0.0 for name in shift}, abs=1e-9)
+
+
+def test_an_effect_that_reads_what_no_rig_gives_is_refused(tmp_path, capsys):
+    folder = study_in(tmp_path / "s", TILTED, E0)
+    (folder / "effects").mkdir()
+    (folder / "effects" / "off.py").write_text(ZERO_OFF.replace("READS", '("rebound_hight_mm",)'), encoding="utf-8")
+    assert command("compare", folder)[0] == 2
+    assert "'rebound_hight_mm' is no observable of rebound" in capsys.readouterr().err
