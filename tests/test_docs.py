@@ -1,10 +1,13 @@
-"""The walk-throughs of docs/, done as they stand: files written, commands run, printed lines met in their order."""
+"""The pages: walk-throughs and README done as they stand, links followed, the reference held against the code, the site built."""
 
 import importlib
 import re
 import shlex
 import shutil
+import subprocess
+import sys
 from pathlib import Path
+from runpy import run_path
 
 import numpy as np
 import pytest
@@ -56,8 +59,13 @@ def test_walk_through(name, tmp_path, monkeypatch, capsys):
     if "angle heap_1" in (text := (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")):
         pytest.importorskip("skimage")
         photographs()
-    commands = 0
-    for step in STEP.finditer(text):
+    assert len(follow(STEP.finditer(text), capsys)) >= 3
+
+
+def follow(steps, capsys) -> list[str]:
+    """Do what a page says, except what it calls long; returns the commands."""
+    done = []
+    for step in steps:
         if step["file"]:
             Path(step["file"]).parent.mkdir(parents=True, exist_ok=True)
             Path(step["file"]).write_text(step["content"], encoding="utf-8")
@@ -66,12 +74,14 @@ def test_walk_through(name, tmp_path, monkeypatch, capsys):
         else:
             for block in re.split(r"^\$ ", step["console"], flags=re.MULTILINE)[1:]:
                 line, *expected = block.splitlines()
-                program, *arguments = shlex.split(line)
+                program, *arguments = shlex.split(line, comments=True)
                 assert program == "pellet-study", line
+                if "# long" in line:
+                    continue
                 assert main(arguments) == 0, capsys.readouterr().err
                 met(expected, capsys.readouterr().out)
-                commands += 1
-    assert commands >= 3
+                done.append(arguments[0])
+    return done
 
 
 CONSTANT = re.compile(r"^\| `(\w+)\.([A-Z_]+)` \| (\S+) \|", re.MULTILINE)
@@ -91,3 +101,56 @@ def test_every_constant_of_a_verdict_is_explained_with_its_number():
     page = (ROOT / "docs" / "method.md").read_text(encoding="utf-8")
     told = {f"{module}.{name}": float(value) for module, name, value in CONSTANT.findall(page)}
     assert told == held
+
+
+LINK = re.compile(r"!?\[[^\]]*\]\(([^)\s]+)\)")
+PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", ROOT / "CHANGELOG.md", *sorted((ROOT / "docs").rglob("*.md"))]
+
+
+def anchors(page: Path) -> set[str]:
+    """The headings of a page as links name them."""
+    text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    plain = [re.sub(r"[^\w\- ]", "", line.lower()) for line in re.findall(r"^#+ (.*)$", text, re.MULTILINE)]
+    return {line.strip().replace(" ", "-") for line in plain}
+
+
+@pytest.mark.parametrize("page", PAGES, ids=lambda page: page.relative_to(ROOT).as_posix())
+def test_links_lead_somewhere(page):
+    text = re.sub(r"^```.*?^```", "", page.read_text(encoding="utf-8"), flags=re.DOTALL | re.MULTILINE)
+    for link in LINK.findall(text):
+        if "://" in link:
+            continue
+        name, _, anchor = link.partition("#")
+        target = (page.parent / name).resolve() if name else page
+        assert target.is_file(), f"{link} leads to no file"
+        assert not anchor or anchor in anchors(target), f"{link} leads to no heading"
+
+
+def test_reference_pages_say_what_the_code_declares():
+    made = run_path(str(ROOT / "docs" / "generate" / "reference.py"))["pages"]()
+    stale = [file.name for file, text in made.items() if file.read_text(encoding="utf-8") != text]
+    assert not stale, f"run `make reference`: {', '.join(stale)}"
+    assert {file.name for file in made} == {file.name for file in (ROOT / "docs" / "reference").iterdir()}
+
+
+def test_the_site_is_built_without_a_warning(tmp_path):
+    pytest.importorskip("mkdocs")
+    site = subprocess.run(
+        [sys.executable, "-m", "mkdocs", "build", "--strict", "--site-dir", str(tmp_path / "site")],
+        cwd=ROOT,
+        capture_output=True,
+        text=True,
+    )
+    assert site.returncode == 0, site.stderr
+    assert (tmp_path / "site" / "method.html").is_file()
+    assert (tmp_path / "site" / "results" / "wet_beads" / "figures" / "ladder.png").is_file()
+
+
+def test_the_readme_is_short_and_its_commands_answer(tmp_path, monkeypatch, capsys):
+    text = (ROOT / "README.md").read_text(encoding="utf-8")
+    assert len(text.splitlines()) <= 160
+    shutil.copytree(ROOT / "results" / "wet_beads", tmp_path / "results" / "wet_beads")
+    shutil.copytree(ROOT / "results" / "paper", tmp_path / "results" / "paper")
+    monkeypatch.chdir(tmp_path)
+    asked = follow(STEP.finditer(text), capsys)
+    assert {"refine", "report", "drop", "init", "check", "history", "pb", "bbd", "audit"} <= set(asked)
