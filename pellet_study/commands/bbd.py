@@ -129,7 +129,7 @@ def run(arguments: argparse.Namespace) -> dict:
         answer["not_analysed"] = failed
     found = _joint(told, each, answer, warnings, parts) if joint else None
     first, own = next(iter(told.items()))
-    _validate(own, each[first], found, answer, parts)
+    _validate(own, each[first], found, answer, parts, warnings)
     say("\n\n".join(parts))
     answer["warnings"] = warnings
     warn(warnings)
@@ -258,7 +258,7 @@ def _design(arguments) -> dict:
     return write_design(sheet, arguments.output, "bbd")
 
 
-def _validate(arguments, one, joint, answer: dict, parts: list[str]) -> None:
+def _validate(arguments, one, joint, answer: dict, parts: list[str], warnings: list[str]) -> None:
     """Declare the margin of the only response, or test its validation runs against the one declared."""
     only = not (arguments.response and arguments.ignore)  # else a margin without a name may be an ignored response's
     response = one.response.name
@@ -283,23 +283,35 @@ def _validate(arguments, one, joint, answer: dict, parts: list[str]) -> None:
     parts.append("the runs to validate with count for " + ", ".join(f"{n} {v:.5g}" for n, v in where.items()))
     answer["validated_at"] = where
     if arguments.target is None:
-        from pellet_study.doe.validation_text import within_limits_text
-
-        coded = [[float(f.coded(where[f.name])) for f in one.response.factors]]
-        goal, predicted = goal_of(arguments, one.response), one.response.interval(coded)
-        tested = validation.within_limits(readings, goal.accepted, predicted.prediction, arguments.alpha)
-        parts.append(within_limits_text(tested))
+        accepted = goal_of(arguments, one.response).accepted
+        tested = validation.within_limits(readings, accepted, arguments.alpha)
+        parts.append(validation_text.within_limits_text(tested))
         answer["validation"] = answers.plain({**vars(tested), "shown": tested.shown})
+    else:
+        found = _equivalence(arguments, readings, validation.read_margin(path, response, only))
+        parts.append(validation_text.equivalence_text(found))
+        answer["validation"] = answers.equivalence_answer(found)
+    predicted = one.response.interval([[float(f.coded(where[f.name])) for f in one.response.factors]])
+    if predicted.prediction is None:
         return
+    beside = validation.beside_prediction(readings, predicted.prediction, predicted.level)
+    parts[-1] += "\n" + validation_text.beside_prediction_text(beside)
+    told = {"inside": beside.inside, "prediction": beside.prediction, "contradicts_prediction": beside.contradicted}
+    answer["validation"] |= answers.plain(told)
+    if beside.contradicted:
+        warnings.append(validation_text.contradicted_text(beside))
+
+
+def _equivalence(arguments, readings: list[float], margin: float):
+    """The test of the readings against the target, which may be a mean of readings itself."""
+    from pellet_study.doe import validation
+
     runs = validation.sample_of(readings)
     target = validation.Sample(one_number("target", arguments.target))
     if arguments.target_n is not None:
         sd = one_number("uncertainty", arguments.uncertainty)
         target = validation.Sample(target.mean, sd, arguments.target_n)
-    margin = validation.read_margin(path, response, only)
-    found = validation.equivalence(runs, target, margin, arguments.alpha)
-    parts.append(validation_text.equivalence_text(found))
-    answer["validation"] = answers.equivalence_answer(found)
+    return validation.equivalence(runs, target, margin, arguments.alpha)
 
 
 def _setting_of_runs(arguments, one, joint) -> dict[str, float]:

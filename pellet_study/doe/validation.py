@@ -146,15 +146,12 @@ def equivalence(runs: Sample, target: Sample, margin: float, alpha: float = 0.05
 class WithinLimits:
     """One-sided t tests of a mean against the limits of what is acceptable, at the level `alpha` each.
 
-    `p` is {"at least" or "at most": (limit, p value)}; `inside` how many of the single runs lie in the prediction
-    interval of the setting, `prediction`, None where the fit has none.
+    `p` is {"at least" or "at most": (limit, p value)}.
     """
 
     runs: Sample
     alpha: float
     p: dict[str, tuple[float, float]]
-    inside: int | None
-    prediction: tuple[float, float] | None
 
     @property
     def shown(self) -> bool:
@@ -162,7 +159,7 @@ class WithinLimits:
         return bool(self.p) and all(p < self.alpha for _, p in self.p.values())
 
 
-def within_limits(values, accepted: tuple[float, float], prediction=None, alpha: float = 0.05) -> WithinLimits:
+def within_limits(values, accepted: tuple[float, float], alpha: float = 0.05) -> WithinLimits:
     r"""Tests of :math:`\mu > L` and :math:`\mu < U`: :math:`t = (\bar y - L)\sqrt n/s` on n - 1 degrees of freedom.
 
     Parameters
@@ -171,8 +168,6 @@ def within_limits(values, accepted: tuple[float, float], prediction=None, alpha:
         Readings, two or more.
     accepted : (float, float)
         L and U in the response's unit, infinite where there is no limit.
-    prediction : (float, float), optional
-        The interval of one run that the fit predicts at their setting.
     alpha : float
 
     Raises
@@ -192,8 +187,35 @@ def within_limits(values, accepted: tuple[float, float], prediction=None, alpha:
         for word, end, sign in sides
         if np.isfinite(end)
     }
-    inside = None if prediction is None else int(sum(prediction[0] <= value <= prediction[1] for value in values))
-    return WithinLimits(runs, alpha, p, inside, prediction)
+    return WithinLimits(runs, alpha, p)
+
+
+@dataclass(frozen=True)
+class BesidePrediction:
+    """How many of n runs lie in the interval, at `level`, that the fit predicts of one run at their setting."""
+
+    inside: int
+    n: int
+    prediction: tuple[float, float]
+    level: float
+
+    @property
+    def p(self) -> float:
+        """Probability of so few or fewer where the fit holds (binomial)."""
+        from scipy.special import bdtr
+
+        return float(bdtr(self.inside, self.n, self.level))
+
+    @property
+    def contradicted(self) -> bool:
+        """Whether so few are improbable at 1 - level."""
+        return self.p < (1 - self.level) * (1 + 1e-9)
+
+
+def beside_prediction(values, prediction: tuple[float, float], level: float) -> BesidePrediction:
+    """Runs (n,) beside the prediction interval of one run, in the response's unit."""
+    low, high = prediction
+    return BesidePrediction(sum(low <= value <= high for value in values), len(values), prediction, level)
 
 
 def _welch(runs: Sample, target: Sample) -> tuple[float, float]:

@@ -1,7 +1,7 @@
 """The tests of validation runs in words."""
 
-from pellet_study.doe.text import number, probability
-from pellet_study.doe.validation import Equivalence, WithinLimits
+from pellet_study.doe.text import number, percent, probability
+from pellet_study.doe.validation import BesidePrediction, Equivalence, WithinLimits
 
 
 def equivalence_text(found: Equivalence) -> str:
@@ -33,14 +33,25 @@ def equivalence_text(found: Equivalence) -> str:
 
 
 def within_limits_text(found: WithinLimits) -> str:
-    """The one-sided tests against the limits, and the single runs beside what was predicted of them."""
+    """The one-sided tests against the limits."""
     runs = found.runs
     lines = [f"validation: runs mean {number(runs.mean)}, sd {number(runs.sd, 4)}, n {runs.n}"]
     for word, (limit, p) in found.p.items():
         verdict = "shown" if p < found.alpha else "not shown"
         lines.append(f"  mean {word} {number(limit)} (one-sided t test): p {probability(p)}: {verdict}")
-    if found.prediction is not None:
-        lines.append(
-            f"  {found.inside} of {runs.n} runs lie in the prediction interval of one run, {number(found.prediction[0])} to {number(found.prediction[1])}"
-        )
     return "\n".join(lines)
+
+
+def beside_prediction_text(found: BesidePrediction) -> str:
+    """The single runs beside what was predicted of them."""
+    low, high = map(number, found.prediction)
+    return f"  {found.inside} of {found.n} runs lie in the {percent(found.level)} prediction interval of one run, {low} to {high}"
+
+
+def contradicted_text(found: BesidePrediction) -> str:
+    """What to do where too few runs do."""
+    return (
+        f"{found.inside} of {found.n} validation runs lie where the model predicts {percent(found.level)} of them (p "
+        f"{probability(found.p)}): whatever the tests say, it does not hold at this setting, or something has changed since its "
+        "runs; repeat a run of the design to see which, and do not predict with it before"
+    )

@@ -1,10 +1,12 @@
 """Equivalence tests against statsmodels' own (raw data), their level, the margin declared beforehand."""
 
 import numpy as np
+import pandas as pd
 import pytest
 from scipy import stats
 
-from pellet_study.doe import validation
+from pellet_study.__main__ import main
+from pellet_study.doe import box_behnken, validation
 from pellet_study.doe.validation import Sample, equivalence, sample_of
 from pellet_study.doe.validation_text import equivalence_text
 from pellet_study.errors import InputError
@@ -213,14 +215,42 @@ def test_a_margin_without_a_name_belongs_to_the_only_response(tmp_path):
 
 def test_a_mean_within_limits_is_the_one_sided_t_test_of_scipy():
     values = [79.1, 79.6, 78.9, 79.4, 79.3]
-    found = validation.within_limits(values, (78.5, 80.5), (78.95, 80.2))
+    found = validation.within_limits(values, (78.5, 80.5))
     for word, limit, side in (("at least", 78.5, "greater"), ("at most", 80.5, "less")):
         assert found.p[word][0] == limit
         assert found.p[word][1] == pytest.approx(stats.ttest_1samp(values, limit, alternative=side).pvalue)
-    assert found.shown and found.inside == 4
+    assert found.shown
     assert not validation.within_limits(values, (79.2, np.inf)).shown
     with pytest.raises(InputError, match="all runs are equal"):
         validation.within_limits([1, 1], (0, 2))
+
+
+@pytest.mark.parametrize("inside, contradicted", [(4, False), (3, False), (2, True), (0, True)])
+def test_too_few_runs_where_the_fit_predicts_them_are_said(inside, contradicted):
+    """Of 4 runs, 95 % expected each: 3 or fewer have p 0.19, 2 or fewer p 0.014 (binomial)."""
+    found = validation.beside_prediction([1.0] * inside + [3.0] * (4 - inside), (0.5, 2.0), 0.95)
+    assert found.inside == inside and found.contradicted is contradicted
+    assert found.p == pytest.approx(stats.binom.cdf(inside, 4, 0.95))
+
+
+def test_runs_that_contradict_the_model_are_never_silent(tmp_path, capsys):
+    """Below the limit as wanted, and far from what the model predicts: both are said; so of a target."""
+    coded = box_behnken.coded_matrix(3, 5)
+    frame = pd.DataFrame(coded, columns=list("ABC"))
+    frame["y"] = 5 + coded @ [1, -0.5, 0] + 0.05 * np.random.default_rng(7).normal(size=len(coded))
+    path = tmp_path / "runs.csv"
+    frame.to_csv(path, index=False)
+    at = ["--at", "A=0,B=0,C=0"]
+    assert main(["bbd", str(path), "--limits", ",6", "--verify", "4.1,4.2,4.0", *at]) == 0
+    told = capsys.readouterr()
+    assert "p 0.0003: shown" in told.out and "0 of 3 runs lie in the 95 % prediction interval" in told.out
+    assert "it does not hold at this setting" in told.err
+    assert main(["bbd", str(path), "--declare-margin", "0.5"]) == 0
+    assert main(["bbd", str(path), "--target", "4.1", "--verify", "4.1,4.2,4.0", *at]) == 0
+    told = capsys.readouterr()
+    assert "equivalent within the margin" in told.out and "it does not hold at this setting" in told.err
+    assert main(["bbd", str(path), "--target", "5", "--verify", "5.04,4.97,5.02", *at]) == 0
+    assert "does not hold" not in capsys.readouterr().err
 
 
 def test_more_runs_that_reach_the_power_asked_for():
