@@ -201,7 +201,8 @@ def _next(screenings) -> str | None:
     """The design of a surface in the factors that are clear of any response; None where there are not two of them."""
     from pellet_study.doe.steepest_climb import significant
 
-    clear = sorted({name for screening in screenings for name in significant(screening)})
+    words_only = {factor.name for factor in screenings[0].table.factors if factor.levels}  # they have no middle
+    clear = sorted({name for screening in screenings for name in significant(screening)} - words_only)
     if len(clear) < 2:
         return None
     words = " ".join(shlex.quote(f"{name}=LOW,HIGH") for name in clear)

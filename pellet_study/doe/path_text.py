@@ -44,7 +44,12 @@ def _held_text(held: Sequence[Factor]) -> str:
     if not held:
         return ""
     words = ", ".join(
-        f"{f.name} " + (" or ".join(f.levels) if f.levels else f"{f.centre:.5g}{f' {f.unit}' if f.unit else ''}")
+        f"{f.name} "
+        + (
+            f"{' or '.join(f.levels)} (predicted is the mean of both)"
+            if f.levels
+            else f"{f.centre:.5g}{f' {f.unit}' if f.unit else ''}"
+        )
         for f in held
     )
     return f"\nall other factors are held in every run of the path, at the middle of their range: {words}"

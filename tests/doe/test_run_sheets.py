@@ -208,6 +208,19 @@ def test_a_categorical_factor_has_no_path_and_no_square(tmp_path, capsys):
     answered(*words, "--climb-factors", "A,C", tmp_path=tmp_path, status=2)
     assert "no path along it" in capsys.readouterr().err
     assert list(answered(*words, tmp_path=tmp_path)["climb"]["points"][0]) == ["A"]
+    assert "C old or new (predicted is the mean of both)" in capsys.readouterr().out
+
+
+def test_the_surface_that_is_hinted_at_has_no_categorical_factor(tmp_path, capsys):
+    """A, B and C act; C has no middle, so the surface is one of A and B, and its design can be made."""
+    sheet = tmp_path / "s.csv"
+    answered("pb", "--design", "A=0,1", "B=0,1", "C=old,new", "--output", sheet, tmp_path=tmp_path)
+    fill(sheet, lambda row: row["A"] + row["B"] + 5 * (row["C"] == "new") + 0.001 * row["standard_order"])
+    capsys.readouterr()
+    answered("pb", sheet, "--factor", "C=old,new", tmp_path=tmp_path)
+    told = capsys.readouterr().out.rsplit("next: pellet-study ", 1)[1]
+    assert told.split() == ["bbd", "--design", "A=LOW,HIGH", "B=LOW,HIGH", "--face-centred"]
+    answered(*told.replace("LOW,HIGH", "0,1").split(), tmp_path=tmp_path)
 
 
 def test_three_named_levels_are_analysed(tmp_path, capsys):
