@@ -56,6 +56,7 @@ def compare(study: Study, *, write: bool = False) -> Comparison:
     answer = {
         **answers.comparison(found),
         "assumed": study.assumed,
+        "basis": study.basis,
         "curves": [*_curves_without_effects(study, state), curves_of(state, found)],
     }
     interpolation = answers.check_surface(answer, state)
@@ -90,6 +91,7 @@ def diagnose(study: Study, *, write: bool = False) -> Diagnosis:
         **answers.diagnosis(found),
         "by_level": by_level(state, found),
         "assumed": study.assumed,
+        "basis": study.basis,
         "curves": curves_named(state, found),
     }
     page = text.diagnosis_page(study, found)
@@ -200,11 +202,11 @@ def refine(
     ended = replace(ended, warnings=(*ended.warnings, *outlying.told(study, _refined)))
     found = replace(found, diagnoses=(*found.diagnoses[:-1], ended))
     found = replace(found, steps=(*found.steps[:-1], replace(found.steps[-1], scatters=scatters(found.state))))
-    answer = {**answers.refinement(found), "assumed": found.study.assumed}
+    answer = {**answers.refinement(found), "assumed": found.study.assumed, "basis": study.basis}
     interpolation = answers.check_surface(answer, found.state)
     answer["diagnoses"][0]["by_level"] = by_level(found.first, found.diagnoses[0])
     for told, compared in zip(answer["steps"], found.steps, strict=True):
-        told["curves"] = [curves_of(found.first, compared)]
+        told |= {"curves": [curves_of(found.first, compared)], "basis": study.basis}
     for told, diagnosed in zip(answer["diagnoses"], found.diagnoses, strict=True):
         told["curves"] = curves_named(found.first, diagnosed)
     if measured:
@@ -214,7 +216,8 @@ def refine(
         folder = folder_of(study)
         for name in found.added:
             write_effect(folder / "study.toml", name, found.study.effects[name])
-        history.record(folder, answer["steps"])
+        begun = history.record(folder, answer["steps"])
+        interpolation = [*interpolation, *filter(None, [begun])]
         history.leave(folder, "refine", page, answer)
         last = text.comparison_page(found.study, found.steps[-1])
         history.leave(folder, "compare", last, {**answer["steps"][-1], "assumed": found.study.assumed})
@@ -300,11 +303,13 @@ def _both(
 ) -> Comparison:
     """The answer of `add` and `drop`: the new model, with the old one as `before`."""
     steps = [
-        {**answers.comparison(compared), "curves": [curves_of(state, compared)]} for state, compared in (before, after)
+        {**answers.comparison(compared), "curves": [curves_of(state, compared)], "basis": study.basis}
+        for state, compared in (before, after)
     ]
     page = text.fold([text.comparison_page(study, after[1]), "", *text.ladder(steps)])
     answer = {**steps[1], "assumed": study.assumed}
+    unsaid: list[str] = []
     if write:
-        history.record(folder_of(study), steps)
+        unsaid += filter(None, [history.record(folder_of(study), steps)])
         history.leave(folder_of(study), "compare", page, answer)
-    return Comparison({**answer, "before": steps[0]}, page, study)
+    return Comparison({**answer, "before": steps[0]}, page, study, unsaid)

@@ -5,7 +5,7 @@ import argparse
 from pellet_study.api import criticism
 from pellet_study.api.figures import draw_all
 from pellet_study.commands.arguments import add_figures, add_study, check_look, named, study_of, write_figures
-from pellet_study.criticism import facts
+from pellet_study.criticism import verdict_facts
 from pellet_study.output.terminal import done, say, warn, working
 
 EXAMPLE = """\
@@ -31,7 +31,11 @@ def run(arguments: argparse.Namespace) -> dict:
     say(answer.page)
     warn(answer.warnings, noted=answer.warnings)
     write_figures(arguments, lambda: draw_all(answer, arguments.width))
-    after = f"add {named(arguments)} {answer.missing[0]}" if answer.missing else f"report {named(arguments)}"
-    first = facts.fit_too(answer.json)
+    after = f"report {named(arguments)}"
+    if answer.missing:  # a pair is added by `refine`, as `add` takes one effect
+        after = (
+            f"add {named(arguments)} {answer.missing[0]}" if len(answer.missing) == 1 else f"refine {named(arguments)}"
+        )
+    first = verdict_facts.fit_too(answer.json)
     done(arguments.study / "diagnose.txt", f"diagnose {named(arguments)}" if first else after, first)
     return answer.json

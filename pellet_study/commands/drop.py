@@ -27,7 +27,7 @@ def run(arguments: argparse.Namespace) -> dict:
     with working("calibrating with and without the effect"):
         answer = criticism.drop(study_of(arguments), arguments.effect, write=True)
     say(answer.page)
-    warn(answer.warnings, noted=answer.warnings)
+    warn([*answer.warnings, *answer.unsaid], noted=answer.warnings)
     after = "diagnose" if fit_facts.doubted(answer.json) else "report"
     done(arguments.study / "compare.txt", f"{after} {named(arguments)}")
     return answer.json

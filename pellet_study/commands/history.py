@@ -6,7 +6,7 @@ from pathlib import Path
 from pellet_study.commands.arguments import add_look, add_study, named, study_of, write_figures
 from pellet_study.criticism import text
 from pellet_study.errors import InputError
-from pellet_study.output.terminal import done, say
+from pellet_study.output.terminal import done, say, warn
 from pellet_study.study import history
 
 EXAMPLE = """\
@@ -34,6 +34,12 @@ def run(arguments: argparse.Namespace) -> dict:
     if not steps:
         raise InputError(f"{arguments.study}: nothing was done yet; run add, drop or refine first")
     say(text.fold([study.title, "", *text.ladder(steps)]))
+    if steps[-1].get("basis", study.basis) != study.basis:
+        warn(
+            [
+                f"these steps are of other rows, or of another rig, than {arguments.study} has now; refine, add or drop begin anew"
+            ]
+        )
     from pellet_study.criticism import figures
 
     file = write_figures(arguments, lambda: {"ladder": figures.ladder(steps, effects=study.acting())})[0]

@@ -7,7 +7,7 @@ from pathlib import Path
 from pellet_study.api import criticism
 from pellet_study.api.figures import draw_all
 from pellet_study.commands.arguments import add_figures, add_study, check_look, named, study_of, write_figures
-from pellet_study.criticism import facts
+from pellet_study.criticism import verdict_facts
 from pellet_study.output.terminal import done, say, warn, working
 from pellet_study.study import Measurement
 from pellet_study.tables.numbers import number_given
@@ -66,7 +66,7 @@ def run(arguments: argparse.Namespace) -> dict:
     say(answer.page)
     warn([*answer.warnings, *answer.unsaid], noted=answer.warnings)
     write_figures(arguments, lambda: draw_all(answer, arguments.width))
-    first = facts.fit_too(answer.json)
+    first = verdict_facts.fit_too(answer.json)
     after = f"{'refine' if first else 'report'} {named(arguments)}"
     if not first and answer.tied and answer.next_measurement:
         first, after = "take the reading proposed (NEXT)", f"refine {named(arguments)} --measure FILE"

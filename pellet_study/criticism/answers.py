@@ -1,7 +1,7 @@
 """The machine-readable form of each answer."""
 
 import statistics
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict
 
 from pellet_study.criticism.calibration import CalibratedStudy, surface_error
@@ -187,10 +187,11 @@ def tied(names: tuple[tuple[str, ...], ...]) -> list:
     return [n[0] if len(n) == 1 else list(n) for n in names]
 
 
-def proposal(proposed: NextMeasurement | None, units: Mapping[str, str]) -> dict | None:
+def proposal(proposed: NextMeasurement | None, compared: Comparison) -> dict | None:
     """The next measurement, with the units of its conditions and its observable."""
     if proposed is None:
         return None
+    units = next((r.units for r in compared.rows if r.row.rig == proposed.rig), compared.units)
     names = (proposed.observable, *proposed.conditions)
     return {**asdict(proposed), "units": {name: units[name] for name in names if name in units}}
 
@@ -266,7 +267,7 @@ def diagnosis(diagnosed: Diagnosis) -> dict:
             }
             for one in diagnosed.drifting
         ],
-        "next_measurement": proposal(diagnosed.next_measurement, compared.units),
+        "next_measurement": proposal(diagnosed.next_measurement, compared),
         "alike_but_implausible": list(diagnosed.alike_but_implausible),
         "gate_p": diagnosed.gate_p,
         "gate_limit_p": diagnosed.gate,
@@ -319,7 +320,7 @@ def refinement(refined: Refinement) -> dict:
         "steps": [comparison(c) for c in refined.steps],
         "diagnoses": diagnoses,
         "next_measurement": proposal(
-            refined.last.next_measurement or refined.diagnoses[0].next_measurement, refined.steps[-1].units
+            refined.last.next_measurement or refined.diagnoses[0].next_measurement, refined.steps[-1]
         ),
         "warnings": list(dict.fromkeys(w for d in refined.diagnoses for w in d.warnings)),
     }

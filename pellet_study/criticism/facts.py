@@ -279,15 +279,6 @@ def fitted_too_words(diagnosis: dict) -> str:
     return f"with the rows {places(found['conditions'])} fitted too, {names_of(found['effects'])} would be named ({found['verdict']})"
 
 
-def fit_too(diagnosis: dict) -> str:
-    """What to do before the next command where the rows held out contradict the model and could tell more; else empty."""
-    found = diagnosis["fitted_too"]
-    if found is not None:
-        return f"set split to fit in the rows {places(found['conditions'])}"
-    contradicted = diagnosis["verdict"] == Verdict.ADEQUATE and diagnosis["holdout_contradicts"]
-    return "set split to fit in some of the rows held out" if contradicted else ""
-
-
 def places(conditions: Sequence[Mapping]) -> str:
     """Conditions in words: `layer_on_incline at layer_height_mm 10 and at layer_height_mm 15`."""
     by_rig: dict[str, list[str]] = {}

@@ -4,12 +4,13 @@ Every function takes a comparison as `answers` makes it, or as the JSON that a c
 what it can.
 """
 
-from collections.abc import Sequence
+from collections.abc import Collection, Sequence
 from dataclasses import dataclass
-from statistics import median
+from statistics import NormalDist, median
 
 from pellet_study.criticism.compare import HELD_OUT_FAILS
 from pellet_study.criticism.constancy import Drift
+from pellet_study.criticism.entries import FAR_OFF
 from pellet_study.criticism.facts import misfit, varying
 from pellet_study.criticism.grades import DOUBTFUL
 from pellet_study.criticism.intervals import IDENTIFIED
@@ -17,8 +18,6 @@ from pellet_study.criticism.spread import Scatter
 from pellet_study.criticism.time_drift import TimeDrift
 from pellet_study.criticism.verdicts import Grade
 from pellet_study.output.words import number, probability
-
-FAR_OFF = 3.0  # standard errors from which on a row is named: one in 370 is by chance
 
 
 @dataclass(frozen=True)
@@ -49,7 +48,8 @@ def drift_words(drift: Drift) -> str:
             f"{drift.parameter} would have to be {'higher' if drift.z > 0 else 'lower'} where {drift.condition} is "
             f"{drift.shape} ({drift.rig})"
         )
-    return f"{what}, z = {drift.z:.1f}, p {probability(drift.p)}"
+    instead = f" (or with {' or '.join(drift.instead)}, changed along with it)" if drift.instead else ""
+    return f"{what}{instead}, z = {drift.z:.1f}, p {probability(drift.p)}"
 
 
 def time_drift_words(drift: TimeDrift, unit: str) -> str:
@@ -110,7 +110,8 @@ def held_out_contradict(comparison: dict) -> bool:
 
 def doubted(comparison: dict) -> bool:
     """Whether anything speaks against a model: its fit, or the rows held out."""
-    return grade(comparison) in (Grade.DOUBTFUL, Grade.FAILS) or held_out_contradict(comparison)
+    drifts = any(drift["p"] < DOUBTFUL for drift in comparison["where"])
+    return drifts or grade(comparison) in (Grade.DOUBTFUL, Grade.FAILS) or held_out_contradict(comparison)
 
 
 def held_out_words(comparison: dict) -> str:
@@ -146,7 +147,7 @@ def scatter_words(found: Scatter) -> str:
 
 def failures(comparison: dict) -> list[str]:
     """Where a model fails: every constant that drifts, every rig that lacks fit, and the worst row where it is far off."""
-    found = [drift["words"] for drift in comparison["where"] if drift["p"] < DOUBTFUL]
+    found = [d["words"] for d in comparison["where"] if d["p"] < DOUBTFUL and d.get("alone", True)]
     found += [drift["words"] for drift in comparison.get("time_drift") or [] if drift["p"] < DOUBTFUL]
     by_rig = comparison.get("rig_lack_of_fit_p") or {}
     if len(by_rig) > 1:
@@ -156,9 +157,37 @@ def failures(comparison: dict) -> list[str]:
             if p < DOUBTFUL / len(by_rig)
         ]
     worst = worst_row(comparison["rows"])
-    if worst is not None and worst["z"] is not None and abs(worst["z"]) > FAR_OFF:
-        found.append(f"the worst row is {row_words(worst, comparison['rows'])}")
-    return found
+    if worst is not None and worst["z"] is not None and abs(worst["z"]) > far_off_limit(comparison):
+        found.append(f"the worst row is {row_words(worst, comparison['rows'])}; {far_off_rule(comparison)}")
+    return [*found, *filter(None, [lone_words(comparison)])]
+
+
+def far_off_limit(comparison: dict) -> float:
+    """Standard errors from which on the worst row is named."""
+    limit = comparison.get("far_off_limit")
+    return limit or NormalDist().inv_cdf(1 - FAR_OFF / (2 * max(len(comparison["rows"]), 1)))
+
+
+def far_off_rule(comparison: dict) -> str:
+    """`the worst of 18 is 3.2 standard errors off in 5 of 100 data sets of a model that lacks nothing`."""
+    return (
+        f"the worst of {len(comparison['rows'])} rows is beyond {far_off_limit(comparison):.1f} in {100 * FAR_OFF:g} of 100 data sets "
+        "of a model that lacks nothing"
+    )
+
+
+def lone_words(told: dict) -> str:
+    """The row that alone keeps a model from fitting, and what to do with it; empty where there is none."""
+    row = told.get("lone_row")
+    if row is None:
+        return ""
+    fits = {Grade.FITS: "the model fits", Grade.DOUBTFUL: "the fit is doubtful only"}[Grade(row["grade"])]
+    unit = f" ({row['unit']}: is it given in another unit?)" if row["unit"] else ""
+    return (
+        f"it is line {row['line']} alone: without it {fits} (lack of fit p {probability(row['lack_of_fit_p'])}) and "
+        f"{number(row['predicted'])} is predicted there, where {number(row['value'])} is given{unit}; check that row, or give it the "
+        "split leave_out with a reason"
+    )
 
 
 def where_words(comparison: dict) -> list[str]:
@@ -170,7 +199,9 @@ def where_words(comparison: dict) -> list[str]:
     worst = worst_row(comparison["rows"])
     if worst is None or worst["z"] is None:
         return [looked]
-    return [f"{looked}, and no row is {FAR_OFF:g} standard errors off (the worst is {abs(worst['z']):.1f})"]
+    return [
+        f"{looked}, and no row is far off: the worst is {abs(worst['z']):.1f} standard errors off ({far_off_rule(comparison)})"
+    ]
 
 
 def worst_row(rows: Sequence[dict]) -> dict | None:
@@ -179,12 +210,13 @@ def worst_row(rows: Sequence[dict]) -> dict | None:
 
 
 def row_words(row: dict, rows: Sequence[dict]) -> str:
-    """A row by what tells it from the others: `rebound at drop_height_mm 400: measured 31, predicted 25, 4.2 standard errors off`."""
+    """A row by what tells it from the others: `line 5, rebound at drop_height_mm 400: ... 31, predicted 25, 4.2 standard errors off`."""
     changing = varying(rows).get(row["rig"], ())
     conditions = ", ".join(f"{name} {number(value)}" for name, value in row["conditions"].items() if name in changing)
     z = "" if row["z"] is None else f", {abs(row['z']):.1f} standard errors off"
+    line = f"line {row['line']}, " if row.get("line") else ""
     return (
-        f"{row['rig']}{' at ' + conditions if conditions else ''}: {row['observable']} {number(row['value'])}, predicted "
+        f"{line}{row['rig']}{' at ' + conditions if conditions else ''}: {row['observable']} {number(row['value'])}, predicted "
         f"{number(row['predicted'])}{z}{' (held out)' if row['split'] == 'holdout' else ''}"
     )
 
@@ -217,12 +249,30 @@ def not_identified(comparison: dict, name: str) -> str:
 def adequacy(comparison: dict) -> str:
     """What the verdict `adequate` is worth for a model."""
     words = "no missing effect is supported by these data"
+    if over := replicates_words(comparison):
+        words += f", of which {over}"
     if comparison["chi2"] is None:
         return f"{words}; how well the model fits cannot be judged without sd or replicates"
     if held_out_contradict(comparison):
         return f"{words}, but the rows held out contradict the model (p {probability(comparison['holdout_p'])}; the limit is {HELD_OUT_FAILS:g})"
-    if comparison["fits"] is None:
+    if comparison.get("fits", True) is None:
         return f"{words}, which could show none"
     if grade(comparison) == Grade.DOUBTFUL:
         return f"{words}, but {grade_words(comparison)}"
     return words
+
+
+def replicates_words(told: dict) -> str:
+    """`equal rows of layer_on_incline differ 5.1 times as much as their sd says`; empty where they do not."""
+    found = told.get("replicates_over_sd") or {}
+    worst = {rig: max(times.values()) for rig, times in found.items()}
+    return " and ".join(
+        f"equal rows of {rig} differ {number(t, 2)} times as much as their sd says" for rig, t in worst.items()
+    )
+
+
+def assumed_too(told: dict, rigs: Collection[str]) -> str:
+    """That what differs between equal rows may be a condition of these rigs that has no column; empty where they agree."""
+    over = {rig: times for rig, times in (told.get("replicates_over_sd") or {}).items() if rig in rigs}
+    words = replicates_words({"replicates_over_sd": over})
+    return f"{words}: was one of these conditions changed between them? Give it a column" if words else ""

@@ -2,17 +2,17 @@
 
 from collections.abc import Sequence
 
-from pellet_study.criticism import answers, facts, fit_facts
+from pellet_study.criticism import answers, facts, fit_facts, verdict_facts
 from pellet_study.criticism.compare import Comparison
 from pellet_study.criticism.diagnose import Diagnosis
 from pellet_study.criticism.facts import Candidate, Proposal
 from pellet_study.criticism.fit_facts import Constant
 from pellet_study.criticism.grades import RULE
 from pellet_study.criticism.refine import Refinement
-from pellet_study.criticism.verdicts import Verdict
 from pellet_study.output.style import unit_in_words
 from pellet_study.output.terminal import fold
-from pellet_study.output.words import number, probability
+from pellet_study.output.words import flush, number, probability, width
+from pellet_study.rigs.catalogue import Catalogue
 from pellet_study.study.study import Study
 
 LEGEND = (
@@ -26,18 +26,20 @@ def comparison_page(study: Study, compared: Comparison) -> str:
     """One page: the fit, where it fails, the constants, every row."""
     answer = answers.comparison(compared)
     fitted = sum(row["split"] == "fit" for row in answer["rows"])
+    constants = fit_facts.constants(answer)
+    room = width([constant.name for constant in constants], 40)
     left_out = f", {len(compared.left_out)} left out" if compared.left_out else ""
     lines = [
         f"{study.title}: {fitted} rows fitted, {len(compared.rows) - fitted} held out{left_out}; rigs {', '.join(study.rigs)}",
         f"model: {facts.model_name(compared.effects)}",
-        *assumed_lines(study),
+        *assumed_lines(study, answer),
         "",
         *fit_lines(answer),
         "",
         "WHERE  " + "\n       ".join(fit_facts.where_words(answer)),
         "",
-        f"{'constant':40s}{'value':>10s}   95 % interval",
-        *(line for constant in fit_facts.constants(answer) for line in constant_lines(constant)),
+        f"{'constant':{room}s}{'value':>10s}   95 % interval",
+        *(line for constant in constants for line in constant_lines(constant, room)),
         "",
         *rows_table(answer["rows"], [row.row.note for row in compared.rows]),
         *left_out_lines(answer["left_out"]),
@@ -46,10 +48,13 @@ def comparison_page(study: Study, compared: Comparison) -> str:
     return fold(lines)
 
 
-def assumed_lines(study: Study) -> list[str]:
-    """What the answer rests on that no file of the study says; nothing where everything is given."""
+def assumed_lines(study: Study, comparison: dict) -> list[str]:
+    """What the answer rests on that no file of the study says, and whether equal rows differ more than they may."""
     words = facts.assumed_words(study)
-    return [f"assumed: {words} (defaults, as no file of the study gives them)"] if words else []
+    if not words:
+        return []
+    too = fit_facts.assumed_too(comparison, study.assumed_conditions)
+    return [f"assumed: {words} (defaults, as no file of the study gives them)" + (f"; {too}" if too else "")]
 
 
 def graded_lines(comparison: dict) -> list[str]:
@@ -90,9 +95,9 @@ def error_words(error: float, unit: str) -> str:
     return number(error, 3) + ("" if unit in ("1", "") else f" {unit_in_words(unit)}")
 
 
-def constant_lines(constant: Constant) -> list[str]:
+def constant_lines(constant: Constant, room: int) -> list[str]:
     """A constant and its interval, and below what is wrong with it."""
-    line = f"{constant.name:40s}{number(constant.value):>10s}   "
+    line = f"{constant.name:{room}s}{flush(number(constant.value), 10)}   "
     if constant.interval is None:
         return [f"{line}fixed"]
     return [f"{line}{' to '.join(map(number, constant.interval))}", *(f"    {words}" for words in constant.remarks)]
@@ -112,15 +117,17 @@ def left_out_lines(rows: Sequence[dict]) -> list[str]:
     if not rows:
         return []
     lines = ["", "left out (split leave_out): used for nothing"]
+    room = width([row["rig"] for row in rows], 18)
     for row in rows:
         conditions = ", ".join(f"{c} {number(v)}" for c, v in row["conditions"].items())
-        lines.append(f"{row['rig']:18s}{number(row['value']):>10s}  {conditions}: {row['reason']}")
+        lines.append(f"{row['rig']:{room}s}{flush(number(row['value']), 10)}  {conditions}: {row['reason']}")
     return lines
 
 
 def rows_table(rows: Sequence[dict], notes: Sequence[str], most: int = MOST_ROWS) -> list[str]:
     """Every row with its residual, the worst where there are many; a row's note where none of its conditions varies."""
-    head = f"{'rig':18s}{'measured':>10s}{'predicted':>11s}{'z':>7s}  conditions"
+    room = width([row["rig"] for row in rows], 18)
+    head = f"{'rig':{room}s}{'measured':>10s}{'predicted':>11s}{'z':>7s}  conditions"
     varied = {name for names in facts.varying(rows).values() for name in names}
     shown = list(zip(rows, notes, strict=True))
     if len(rows) > most:
@@ -133,7 +140,8 @@ def rows_table(rows: Sequence[dict], notes: Sequence[str], most: int = MOST_ROWS
         z = "-" if row["z"] is None else f"{row['z']:.1f}"
         held_out = "  held out" if row["split"] == "holdout" else ""
         lines.append(
-            f"{row['rig']:18s}{number(row['value']):>10s}{number(row['predicted']):>11s}{z:>7s}  {conditions}{held_out}"
+            f"{row['rig']:{room}s}{flush(number(row['value']), 10)}{flush(number(row['predicted']), 11)}{flush(z, 7)}  "
+            f"{conditions}{held_out}"
         )
     if len(used) == 1 and (same := used.pop()):
         lines.append(f"in every row: {same}")
@@ -157,30 +165,19 @@ def size_words(candidate: Candidate) -> str:
     return ", ".join(parts)
 
 
-def candidate_remark(candidate: Candidate) -> str:
-    """What speaks for or against a candidate, and from which size on it would be noticed where it was not."""
-    remark = candidate.note or ("explains" if candidate.explains else "")
-    if candidate.beyond:
-        remark += f": would need {', '.join(f'{k} = {number(v, 3)}' for k, v in candidate.beyond.items())}"
-        if candidate.beyond_chi2_drop is not None:
-            remark += f" (then chi2 drop {candidate.beyond_chi2_drop:.1f})"
-    if candidate.unseen and candidate.noticed_from is not None:
-        noticed = f"from {number(candidate.noticed_from, 3)} on it would be noticed"
-        remark = "; ".join(filter(None, (remark, noticed)))
-    return remark
-
-
-def ranking_table(candidates: Sequence[Candidate]) -> list[str]:
+def ranking_table(catalogue: Catalogue, answer: dict) -> list[str]:
     """The candidates, best first."""
-    lines = [f"{'effect':28s}{'visible':>8s}{'score':>8s}{'p adj.':>9s}{'chi2 drop':>11s}"]
+    candidates = facts.candidates(catalogue, answer)
+    room = width([candidate.effect for candidate in candidates], 28)
+    lines = [f"{'effect':{room}s}{'visible':>8s}{'score':>8s}{'p adj.':>9s}{'chi2 drop':>11s}"]
     for candidate in candidates:
-        share = f"{candidate.effect:28s}{candidate.visible_percent:7.0f}%"
+        share = f"{candidate.effect:{room}s}{candidate.visible_percent:7.0f}%"
         if candidate.score is None:
             lines += [f"{share}{'-':>8s}{'-':>9s}{'-':>11s}", f"    {candidate.note}"]
             continue
-        remark = candidate_remark(candidate)
+        remark = verdict_facts.remark(answer, candidate)
         lines += [
-            f"{share}{candidate.score:8.1f}{probability(candidate.p_adjusted):>9s}{candidate.chi2_drop:11.1f}",
+            f"{share}{flush(f'{candidate.score:.1f}', 8)}{probability(candidate.p_adjusted):>9s}{flush(f'{candidate.chi2_drop:.1f}', 11)}",
             f"    {size_words(candidate)}{'; ' + remark if remark else ''}",
         ]
     return [*lines, LEGEND]
@@ -198,17 +195,10 @@ def next_words(proposal: Proposal) -> str:
 
 def answer_lines(study: Study, diagnosed: Diagnosis) -> list[str]:
     """The verdict, what each named effect is, and what to measure next."""
-    answer, compared = answers.diagnosis(diagnosed), answers.comparison(diagnosed.comparison)
+    answer = answers.diagnosis(diagnosed)
     finding = facts.finding(answer)
-    words = {
-        Verdict.ADEQUATE: fit_facts.adequacy(compared),
-        Verdict.UNDECIDED: facts.limited_words(answer) or "a fit on which the answer rests did not end (see the notes)",
-        Verdict.UNEXPLAINED: "the model fails, and no candidate of a plausible size repairs it",
-        Verdict.MISSING: f"{finding.names}{held_out_too(answer)}",
-        Verdict.TIED: f"{finding.names}{time_too(answer)} explain it alike{held_out_too(answer)}",
-    }
-    lines = [f"ANSWER {finding.verdict}: {words[Verdict(finding.verdict)]}"]
-    lines += [f"       {line}" for line in beside_the_verdict(answer)]
+    lines = [f"ANSWER {finding.verdict}: {verdict_facts.verdict(answer)}"]
+    lines += [f"       {line}" for line in (*verdict_facts.beside(answer), *errors_table(answer))]
     for effect in facts.described(study.catalogue, finding.effects):
         lines.append(f"       {effect.name}: {effect.means}. {effect.formula}  [{effect.source}]")
         lines += [f"         would show in {rig}: {where}" for rig, where in effect.rigs.items()]
@@ -224,40 +214,6 @@ def answer_lines(study: Study, diagnosed: Diagnosis) -> list[str]:
     return lines
 
 
-def time_too(answer: dict) -> str:
-    """That a drift with time stands beside the effects of a tie."""
-    return "".join(f" and a drift of {one['observable']} with time" for one in answer["by_time"])
-
-
-def held_out_too(answer: dict) -> str:
-    """That the rows held out contradict the model that is diagnosed, and what they say of the explanations."""
-    if not answer["holdout_contradicts"]:
-        return ""
-    said = f"; the rows held out contradict the model without it (p {probability(answer['holdout_p'])}; the limit is "
-    said += f"{answer['holdout_limit_p']:g})"
-    groups: dict[str, list[str]] = {"contradict it with": [], "agree with it with": [], "cannot be held against": []}
-    for rival in answer["rivals"]:
-        judged = "contradict it with" if rival["holdout_contradicts"] else "agree with it with"
-        words = judged if rival["holdout_p"] is not None else "cannot be held against"
-        groups[words].append(" + ".join(rival["effects"]))
-    for words, names in groups.items():
-        said += f", {words} {', '.join(names)}" if names else ""
-    return said
-
-
-def beside_the_verdict(answer: dict) -> list[str]:
-    """What stands beside a verdict: the nearest miss, what each explanation does to the error, what would change it."""
-    lines = [one["words"] for one in answer["drifting"]]
-    lines += ["an amount that drifts is no constant: `refine` does not add it, `add` does"] if lines else []
-    lines += [facts.time_words(answer), facts.fitted_too_words(answer), facts.undone_words(answer)]
-    miss = answer["nearest_miss"]
-    if miss is not None:
-        lines.append(f"nearest: {facts.miss_words(answer)}")
-    elif answer["verdict"] == Verdict.UNEXPLAINED:
-        lines.append(f"the worst row is {answer['worst_row']['words']}")
-    return [*filter(None, lines), *errors_table(answer)]
-
-
 def errors_table(answer: dict) -> list[str]:
     """What each explanation would do to the error, beside the present model."""
     rows = facts.errors(answer)
@@ -265,14 +221,16 @@ def errors_table(answer: dict) -> list[str]:
         return []
     unit = answer["present"]["rms_error_unit"]
     said = "" if unit in ("1", "") else f" (rms in {unit_in_words(unit)})"
+    room = width([" + ".join(row["effects"]) for row in rows], 27)
     lines = [
         f"what each would do to the error{said}",
-        f"{'added':27s}{'chi2':>9s}{'rms':>8s}{'held out':>10s}{'its p':>9s}",
+        f"{'added':{room}s}{'chi2':>9s}{'rms':>8s}{'held out':>10s}{'its p':>9s}",
     ]
     for row in rows:
         lines.append(
-            f"{' + '.join(row['effects']) or 'nothing':27s}{number(row['chi2']):>9s}{number(row['rms_error'], 3):>8s}"
-            f"{number(row['holdout_rms_error'], 3):>10s}{probability(row['holdout_p']):>9s}"
+            f"{' + '.join(row['effects']) or 'nothing':{room}s}{flush(number(row['chi2']), 9)}"
+            f"{flush(number(row['rms_error'], 3), 8)}{flush(number(row['holdout_rms_error'], 3), 10)}"
+            f"{flush(probability(row['holdout_p']), 9)}"
         )
     return lines
 
@@ -282,14 +240,14 @@ def diagnosis_page(study: Study, diagnosed: Diagnosis, assumed: bool = True) -> 
     comparison = answers.comparison(diagnosed.comparison)
     lines = [
         f"{study.title}: model {facts.model_name(comparison['effects'])}",
-        *(assumed_lines(study) if assumed else []),
+        *(assumed_lines(study, comparison) if assumed else []),
         *graded_lines(comparison),
         *noise_lines(comparison),
         f"       is any candidate needed? p {probability(diagnosed.gate_p)} over all candidates together; one is below "
         f"{diagnosed.gate:g}",
         *(f"{'       ' if k else 'WHERE  '}{words}" for k, words in enumerate(fit_facts.failures(comparison)[:4])),
         "",
-        *ranking_table(facts.candidates(study.catalogue, answers.diagnosis(diagnosed))),
+        *ranking_table(study.catalogue, answers.diagnosis(diagnosed)),
         "",
         *answer_lines(study, diagnosed),
     ]
@@ -302,9 +260,9 @@ def ladder(steps: Sequence[dict]) -> list[str]:
     for step in facts.ladder(steps):
         lines += [f"{'':6s}measured: {words}" for words in step.measured]
         lines.append(
-            f"{step.number:4d}{number(step.chi2):>10s}{step.dof:5d}{probability(step.lack_of_fit_p):>15s}"
-            f"{number(step.rms_error, 3):>9s}"
-            f"{number(step.holdout_rms_error, 3):>10s}  {', '.join(step.effects) or 'base'}"
+            f"{step.number:4d}{flush(number(step.chi2), 10)}{step.dof:5d}{probability(step.lack_of_fit_p):>15s}"
+            f"{flush(number(step.rms_error, 3), 9)}"
+            f"{flush(number(step.holdout_rms_error, 3), 10)}  {', '.join(step.effects) or 'base'}"
         )
         for place, error in step.level_out.items():
             lines.append(f"{'':9s}each level of {place} predicted from the others: rms {number(error, 3)}")
@@ -316,7 +274,7 @@ def refinement_page(study: Study, refined: Refinement, steps: Sequence[dict]) ->
     added = ", ".join(refined.added) or "nothing"
     lines = [
         f"{study.title}: added {added}; verdict {refined.verdict}",
-        *assumed_lines(refined.study),
+        *assumed_lines(refined.study, steps[0]),
         "",
         *ladder(steps),
         "",

@@ -13,7 +13,7 @@ from pellet_study.criticism.residuals import reading_sd
 from pellet_study.criticism.time_drift import ALONG, correlations
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import fold
-from pellet_study.output.words import number
+from pellet_study.output.words import flush, number, width
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.ranges import limits, usual
 from pellet_study.study.study import Study
@@ -183,8 +183,9 @@ def understood_page(answer: dict[str, Any]) -> str:
     lines = [f"{answer['title']}: model base{''.join(f' + {name}' for name in answer['effects'])}"]
     for rig in answer["rigs"]:
         lines += ["", *_rig_lines(rig)]
-    lines += ["", f"{'parameter':40s}{'value':>10s}   what is known of it"]
-    lines += [_parameter_line(parameter) for parameter in answer["parameters"]]
+    room = width([parameter["parameter"] for parameter in answer["parameters"]], 40)
+    lines += ["", f"{'parameter':{room}s}{'value':>10s}   what is known of it"]
+    lines += [_parameter_line(parameter, room) for parameter in answer["parameters"]]
     lines += ["", "candidates, absent from the model, that these rows could be asked for:"]
     for candidate in answer["candidates"]:
         lines += _candidate_lines(candidate)
@@ -217,14 +218,16 @@ def _rig_lines(rig: dict[str, Any]) -> list[str]:
     return lines
 
 
-def _parameter_line(parameter: dict[str, Any]) -> str:
+def _parameter_line(parameter: dict[str, Any], room: int) -> str:
     states = {
         "free": "free" if parameter["range"] is None else f"free, {_span(parameter['range'])}",
         "fixed": "fixed in study.toml",
         "assumed": "ASSUMED: the default",
     }
     known = f"; known for {parameter['known_rows']} rows" if parameter["known_rows"] else ""
-    return f"{parameter['parameter']:40s}{number(parameter['value']):>10s}   {states[parameter['state']]}{known}"
+    return (
+        f"{parameter['parameter']:{room}s}{flush(number(parameter['value']), 10)}   {states[parameter['state']]}{known}"
+    )
 
 
 def _candidate_lines(candidate: dict[str, Any]) -> list[str]:

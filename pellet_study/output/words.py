@@ -18,6 +18,16 @@ def probability(p: float | None) -> str:
     return "-" if p is None else ("< 0.001" if p < 0.001 else f"{p:.3f}")
 
 
+def width(texts: Iterable[str], least: int) -> int:
+    """Letters of a column that begins a line: at least so many, and two more than its longest text."""
+    return max([least, *(len(text) + 2 for text in texts)])
+
+
+def flush(text: str, room: int) -> str:
+    """A text flush right in so many letters, a blank before it however long it is."""
+    return f" {text}".rjust(room)
+
+
 def plain(text: str) -> str:
     """A text that a terminal or a page only shows, whatever stands in file names, notes and other programs' words.
 

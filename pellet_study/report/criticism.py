@@ -4,11 +4,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from pellet_study.criticism import facts, figures, fit_facts
+from pellet_study.criticism import facts, figures, fit_facts, verdict_facts
 from pellet_study.criticism.curves import CURVE, LEVELS, ROWS
 from pellet_study.criticism.facts import Candidate, Size
 from pellet_study.criticism.grades import RULE
-from pellet_study.criticism.verdicts import Note, Verdict
 from pellet_study.output import style
 from pellet_study.output.style import declared
 from pellet_study.output.words import number, probability
@@ -177,13 +176,15 @@ def fails(study: Study, steps: Sequence[dict[str, Any]], diagnoses: Sequence[dic
 
 def worst_rows(comparison: dict[str, Any]) -> Table:
     """The rows that a model predicts worst."""
-    varying, units = facts.varying(comparison["rows"]), comparison.get("units") or {}
+    varying, known = facts.varying(comparison["rows"]), comparison.get("units") or {}
     worst = sorted(comparison["rows"], key=facts.misfit, reverse=True)[:MOST_WORST]
     rows = [
         [
             row["rig"],
             "; ".join(
-                f"{declared(c, units)} {number(v)}" for c, v in row["conditions"].items() if c in varying[row["rig"]]
+                f"{declared(c, row.get('units') or known)} {number(v)}"
+                for c, v in row["conditions"].items()
+                if c in varying[row["rig"]]
             ),
             {"fit": "", "holdout": "held out"}[row["split"]],
             number(row["value"]),
@@ -199,27 +200,8 @@ def worst_rows(comparison: dict[str, Any]) -> Table:
 def verdict(diagnosis: dict[str, Any]) -> str:
     """The verdict of a diagnosis in a sentence, and what stands beside it."""
     found = facts.finding(diagnosis)
-    match found.verdict:
-        case Verdict.MISSING:
-            words = f"Missing in {found.model}: {found.names}."
-        case Verdict.TIED:
-            words = f"Tied in {found.model}: {found.names} explain it alike; these data cannot tell them apart."
-        case Verdict.UNDECIDED:
-            words = f"Undecided: a fit on which the answer about {found.model} rests did not end."
-        case Verdict.UNEXPLAINED:
-            words = f"Unexplained: {found.model} fails, and no candidate of a plausible size repairs it."
-        case _:
-            words = f"Adequate: nothing that {found.model} lacks is supported by these data."
-    beside = [
-        f"The rows held out contradict {found.model}: p {probability(diagnosis['holdout_p'])}, the limit is "
-        f"{diagnosis['holdout_limit_p']:g}"
-        if diagnosis.get("holdout_contradicts")
-        else "",
-        facts.fitted_too_words(diagnosis),
-        facts.undone_words(diagnosis),
-        facts.miss_words(diagnosis),
-    ]
-    return " ".join([words, *(f"{line[0].upper()}{line[1:]}." for line in beside if line)])
+    words = f"{found.verdict.capitalize()}: {verdict_facts.verdict(diagnosis)} (model {found.model})."
+    return " ".join([words, *(f"{line[0].upper()}{line[1:]}." for line in verdict_facts.beside(diagnosis))])
 
 
 def missing(study: Study, diagnosis: dict[str, Any]) -> MissingPart:
@@ -243,30 +225,30 @@ def missing(study: Study, diagnosis: dict[str, Any]) -> MissingPart:
         verdict=f"{verdict(diagnosis)} {needed}",
         effects=facts.described(study.catalogue, facts.finding(diagnosis).effects),
         pictures=pictures,
-        ranking=ranking(candidates) if candidates else None,
+        ranking=ranking(diagnosis, candidates) if candidates else None,
     )
 
 
 def _ranking_caption(diagnosis: dict[str, Any]) -> str:
     """How to read the ranking: of the bars that are drawn."""
-    kinds = {figures.standing(diagnosis, suspect) for suspect in diagnosis["ranking"]}
+    kinds = {verdict_facts.standing(diagnosis, suspect) for suspect in diagnosis["ranking"]}
     words = ["How much each candidate improves the fit."]
-    if kinds & {figures.MISSING, figures.TIED}:
-        words.append(
-            "Coloured bars explain the data; what explains them and reaches into the band would be tied with the best."
-        )
-    if figures.TIED in kinds:
-        words.append("Several do: a tie, and nothing is added.")
-    if figures.EXPLAINS in kinds:
-        words.append("Dotted bars explain them too, but less well.")
-    if figures.IMPLAUSIBLE in kinds:
-        words.append("Hatched bars would need a size no material has.")
-    if figures.REFUSED in kinds:
-        words.append("Grey bars improve the fit and leave a misfit all the same.")
+    said = {
+        verdict_facts.MISSING: "The coloured bar explains the data.",
+        verdict_facts.TIED: "Coloured bars explain the data: a tie, and nothing is added.",
+        verdict_facts.PAIRED: "Crossed bars explain them only together, as the verdict says; the bar is of each alone.",
+        verdict_facts.EXPLAINS: "Dotted bars explain them too, but less well.",
+        verdict_facts.IMPLAUSIBLE: "Hatched bars would need a size no material has.",
+        verdict_facts.REFUSED: "Grey bars improve the fit and leave a misfit all the same.",
+        verdict_facts.NOT_NEEDED: "Grey bars are not needed: the model stands without them.",
+    }
+    words += [sentence for kind, sentence in said.items() if kind in kinds]
+    if kinds & {verdict_facts.MISSING, verdict_facts.TIED} and diagnosis.get("chi2") is not None:
+        words.append("What explains the data and reaches into the band is tied with the best.")
     return " ".join(words)
 
 
-def ranking(candidates: Sequence[Candidate]) -> Table:
+def ranking(diagnosis: dict[str, Any], candidates: Sequence[Candidate]) -> Table:
     """The candidates, best first."""
     rows = [
         [
@@ -276,7 +258,7 @@ def ranking(candidates: Sequence[Candidate]) -> Table:
             probability(candidate.p_adjusted),
             f"{candidate.chi2_drop:.1f}",
             ", ".join(map(size_words, candidate.sizes)),
-            remark(candidate),
+            verdict_facts.remark(diagnosis, candidate),
         ]
         for candidate in candidates
     ]
@@ -290,17 +272,6 @@ def size_words(size: Size) -> str:
     """A fitted size with its unit as declared."""
     text, unit = style.words(size.parameter, size.unit or "")
     return f"{text} {number(size.value, 3)} {unit}".removesuffix(" -")
-
-
-def remark(candidate: Candidate) -> str:
-    """What speaks for or against a candidate."""
-    words = candidate.note or ("explains" if candidate.explains else "does not explain")
-    if candidate.beyond:
-        sizes = ", ".join(f"{name.replace('_', ' ')} {number(value, 3)}" for name, value in candidate.beyond.items())
-        words += f"; would need {sizes}"
-    if candidate.noticed_from is not None and candidate.note in (Note.WRONG_SIGN, Note.NOT_SHOWN):
-        words += f"; from {number(candidate.noticed_from, 3)} on it would be noticed"
-    return words
 
 
 def ladder(study: Study, steps: Sequence[dict[str, Any]], diagnoses: Sequence[dict[str, Any]]) -> LadderPart:
@@ -381,7 +352,7 @@ def next_measurement(study: Study, diagnoses: Sequence[dict[str, Any]]) -> NextP
     proposal = facts.proposal(proposing) if proposing else None
     if proposing is None or proposal is None:
         return None
-    units = study.units
+    units = study.units_of(proposal.rig) if proposal.rig in study.catalogue.rigs else study.units
     where = ", ".join(f"{declared(c, units)} {number(v)}" for c, v in proposal.conditions.items())
     rivals = "; ".join(
         f"{rival.explanation} predicts {number(rival.value, 3)} ± {number(rival.uncertainty, 2)}"

@@ -45,8 +45,9 @@ def measured(study: Study, folder: Path) -> MeasuredPart:
 
 def summary(study: Study) -> Table:
     """A row for every observable of a rig."""
-    found, units = [], study.units
+    found = []
     for rig in study.rigs:
+        units = study.units_of(rig)
         of_rig = [row for row in study.rows if row.rig == rig]
         for observable in dict.fromkeys(row.observable for row in of_rig):
             rows = [row for row in of_rig if row.observable == observable]
@@ -75,7 +76,7 @@ def first_rows(study: Study) -> Table:
     rows = [
         [
             row.rig,
-            declared(row.observable, units),
+            declared(row.observable, study.units_of(row.rig)),
             number(row.value),
             number(row.sd, 3),
             f"{row.n:g}",
@@ -108,13 +109,16 @@ def left_out(study: Study) -> Table | None:
     """Rows of which nothing is made, each with its reason; None without any."""
     if not study.left_out:
         return None
-    units = study.units
     rows = [
         [
             row.rig,
-            declared(row.observable, units),
+            declared(row.observable, study.units_of(row.rig)),
             number(row.value),
-            "; ".join(f"{declared(c, units)} {number(v)}" for c, v in row.conditions.items() if c not in row.assumed),
+            "; ".join(
+                f"{declared(c, study.units_of(row.rig))} {number(v)}"
+                for c, v in row.conditions.items()
+                if c not in row.assumed
+            ),
             row.reason,
         ]
         for row in study.left_out

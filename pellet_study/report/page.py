@@ -65,10 +65,18 @@ def page(folder: Path, library: Path | None = None) -> str:
     study = load(folder, library)
     steps = _whole(folder, history.read_history(folder))
     left = {name: _answer(folder, name) for name in ("compare", "diagnose", "refine")}
+    stale = [name for name, answer in left.items() if answer and answer.get("basis", study.basis) != study.basis]
+    left |= dict.fromkeys(stale)
+    steps = steps if _of_study(steps, study) else []
     try:
         content = _of(study, folder, left, steps)
     except DAMAGED as error:
         raise _damaged(study, folder, left, steps, error) from None
+    content["notes"] += [
+        f"What {name} left is of other rows of measurements.csv, or of another rig, and is not shown: run `pellet-study {name} "
+        f"{_named(study, folder)}` again."
+        for name in stale
+    ]
     environment = Environment(
         loader=PackageLoader("pellet_study.report", "template"),
         autoescape=True,
@@ -77,6 +85,13 @@ def page(folder: Path, library: Path | None = None) -> str:
         lstrip_blocks=True,
     )
     return environment.get_template(FILE).render(content)
+
+
+def _of_study(steps: Sequence[Answer], study: Study) -> bool:
+    """Whether the history is of the rows and rigs that the study has now."""
+    told = [{name: getattr(row, name) for name in history.ROW} for row in study.rows]
+    now = {"basis": study.basis, "rows": [{**row, "conditions": dict(row["conditions"])} for row in told]}
+    return not steps or history.same_basis(steps[-1], now)
 
 
 def _of(study: Study, folder: Path, left: Mapping[str, Answer | None], steps: list[Answer]) -> dict[str, Any]:

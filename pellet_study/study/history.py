@@ -1,13 +1,14 @@
 """What a study folder remembers: each command's answer, and the error falling step by step."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from pellet_study.errors import InputError
 from pellet_study.files import opening, writing
 from pellet_study.output.words import plain
 
-HISTORY = "history.json"
+HISTORY, BEFORE = "history.json", "history_before.json"
+ROW = ("rig", "observable", "conditions", "value", "split")
 
 
 def read_history(folder: Path) -> list[dict]:
@@ -34,15 +35,39 @@ def read_history(folder: Path) -> list[dict]:
         ) from None
 
 
-def record(folder: Path, steps: list[dict]) -> None:
-    """Add steps to a study's history; a step that repeats the last one is left out, and steps that are its last already."""
-    known = read_history(folder)
+def record(folder: Path, steps: list[dict]) -> str:
+    """Add steps to a study's history; a step that repeats the last one is left out, and steps that are its last already.
+
+    Steps of other rows, or of a rig since changed, do not belong beside them: these are put aside, and a new history begins.
+
+    Returns
+    -------
+    what to say of that; empty where it goes on
+    """
+    known, said = read_history(folder), ""
+    added = steps[0].get("measured")  # rows that `refine` took in as the next measurement: the history goes on
+    if known and not added and not same_basis(known[-1], steps[0]):
+        writing.json(folder / BEFORE, {"steps": known})
+        known = []
+        said = (
+            f"the rows of measurements.csv, or a rig, have changed since the last step of the history: a new one begins; the old "
+            f"steps are in {folder / BEFORE}"
+        )
     if [*map(_gist, known[-len(steps) :])] == [*map(_gist, steps)]:
-        return
+        return said
     for new in steps:
         if not known or _gist(known[-1]) != _gist(new):
             known.append(new)
     writing.json(folder / HISTORY, {"steps": known})
+    return said
+
+
+def same_basis(step: Mapping, other: Mapping) -> bool:
+    """Whether two answers are of the same rows and rigs; of older ones, which do not say it, the rows are compared."""
+    if "basis" in step and "basis" in other:
+        return bool(step["basis"] == other["basis"])
+    rows = [[[row.get(name) for name in ROW] for row in one.get("rows") or []] for one in (step, other)]
+    return not all(rows) or rows[0] == rows[1]
 
 
 def _gist(step_told: dict) -> tuple:

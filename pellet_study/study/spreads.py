@@ -10,6 +10,7 @@ ONE_OFF = (
     20.0  # times the others' sd, and the others' share of the reading, from which one row's sd is said to stand out
 )
 LARGE, SMALL = 0.5, 1e-4  # of the readings: sds beyond are rarely those of a measurement
+NO_NEARER = 0.1  # of the largest reading: readings nearer to zero count as so large
 
 
 def unusual_sd(rows: Sequence[Measurement]) -> list[str]:
@@ -24,8 +25,7 @@ def unusual_sd(rows: Sequence[Measurement]) -> list[str]:
 def _of_group(rows: Sequence[Measurement]) -> list[str]:
     sd = np.array([row.sd for row in rows], dtype=float)
     size = np.abs([row.value for row in rows])
-    ratio = sd.max() / size.max() if size.max() > 0 else 0.0
-    usual = float(np.median(sd) / size.max()) if size.max() > 0 else 0.0
+    share_of = sd / np.maximum(size, NO_NEARER * max(size.max(), 1e-300))
     found = []
     for k, row in enumerate(rows if len(rows) > 3 else ()):
         others = np.delete(np.arange(len(rows)), k)
@@ -36,9 +36,7 @@ def _of_group(rows: Sequence[Measurement]) -> list[str]:
             found.append(f"line {row.line}: sd {sd[k]:g} is {than} that of the other rows: is it in another unit?")
     if found:
         return found
-    if usual > LARGE:
-        return [f"sd is as large as {ratio:.2g} times the largest reading, {size.max():g}: is sd in another unit?"]
-    if np.median(sd) < SMALL * np.median(size):
-        share = np.median(sd) / np.median(size)
-        return [f"sd is {share:.1g} of the readings: is sd in another unit, or one of rounding only?"]
+    usual = float(np.median(share_of))
+    if not SMALL < usual < LARGE and size.max() > 0:
+        return [f"sd is {usual:.2g} of the reading (median of {len(rows)} rows): is sd in another unit?"]
     return []

@@ -1,7 +1,10 @@
 """What a study is: its rows, its parameters and effects, fixed or free, and what it may consider."""
 
+import ast
+import hashlib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from functools import cached_property
 from pathlib import Path
 
 from pellet_study.errors import InputError
@@ -11,6 +14,20 @@ from pellet_study.study.measurements import Measurement
 
 Possible = tuple[float, float] | tuple[str, ...]  # least and largest of a condition, or the words that it may be
 SEEDS_BY = ("setting", "place")  # of a heap that `calibrate` asks for; by its place in the design in release 0.1
+OF_BASIS = (
+    "rig",
+    "observable",
+    "value",
+    "sd",
+    "n",
+    "conditions",
+    "parameters",
+    "setup",
+    "setup_sd",
+    "split",
+    "resolution",
+    "order",
+)
 SCALINGS = {"bond_number": 2.0, "none": 0.0}  # exponent of the amplification in the surface energy
 
 
@@ -77,6 +94,16 @@ class Study:
         for effect in self.catalogue.effects.values():
             found |= {f"{effect.name}.{name}": q["unit"] for name, q in effect.parameters.items() if q.get("unit")}
         return found
+
+    @cached_property
+    def basis(self) -> str:
+        """A hash of the rows and of the code of the rigs of one's own: answers of another basis do not belong beside this study's."""
+        own = [place.resolve() for place in (self.folder, self.library) if place is not None]
+        files = [self.catalogue.rigs[rig].file for rig in self.rigs]
+        code = [f.read_text("utf-8") for f in files if f and any(f.resolve().is_relative_to(place) for place in own)]
+        rows = [{name: getattr(row, name) for name in OF_BASIS} for row in self.rows]
+        text = repr((rows, [ast.dump(ast.parse(one)) for one in code]))
+        return hashlib.sha256(text.encode()).hexdigest()[:16]
 
     def units_of(self, rig: str) -> dict[str, str]:
         """Units of a rig's parameters, conditions and observables, as it declares them: two rigs may differ in a name's."""

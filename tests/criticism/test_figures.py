@@ -14,7 +14,7 @@ from PIL import Image
 import pellet_study as ps
 from pellet_study.api.answers import Refinement
 from pellet_study.api.figures import draw_all
-from pellet_study.criticism import curves, figures
+from pellet_study.criticism import curves, figures, verdict_facts
 from pellet_study.criticism.answers import noise_floor
 from pellet_study.criticism.calibration import fit_study
 from pellet_study.criticism.compare import compare
@@ -174,11 +174,14 @@ def test_table_and_bars_agree_on_what_explains(tied):
     far = {**best, "effect": "too_late", "chi2_drop": best["chi2_drop"] - 20, "explains": True}
     refused = {**best, "effect": "near", "chi2_drop": best["chi2_drop"] - 0.1, "explains": False}
     told["ranking"] += [far, refused]
-    assert figures.standing(told, far) == figures.EXPLAINS and figures.standing(told, refused) == figures.REFUSED
+    assert (
+        verdict_facts.standing(told, far) == verdict_facts.EXPLAINS
+        and verdict_facts.standing(told, refused) == verdict_facts.REFUSED
+    )
     labels = [text.get_text() for text in figures.ranking(told).legends[0].get_texts()]
-    assert figures.EXPLAINS in labels and figures.REFUSED in labels and "missing" not in labels
+    assert verdict_facts.EXPLAINS in labels and verdict_facts.REFUSED in labels and "missing" not in labels
     pair = {**told, "tied": [[best["effect"], "cohesion"], ["near", "cohesion"]]}
-    assert "together" in figures.standing(pair, refused)
+    assert "together" in verdict_facts.standing(pair, refused)
 
 
 def test_predictions_have_the_readings_bars(two_rigs):

@@ -67,7 +67,7 @@ def test_the_order_in_which_a_reader_asks(refined):
 def test_it_tells_what_was_found(refined):
     text = text_of(refined)
     answer = json.loads((refined / "refine.json").read_text())
-    assert "Missing in base: cohesion" in text
+    assert "Missing: cohesion (model base)." in text
     for step in answer["steps"]:
         assert f"{step['rms_error']:.3g}" in text
     assert text.count("<img") >= 5
@@ -154,11 +154,11 @@ def test_a_note_with_html_stays_text(tmp_path):
 def test_results_older_than_the_measurements_are_pointed_out(tmp_path):
     study = incline(tmp_path, c=0.0)
     assert command("compare", study)[0] == 0
-    assert "is not what was compared" not in text_of(study)
+    assert "is of other rows of measurements.csv" not in text_of(study)
     file = study / "measurements.csv"
     lines = file.read_text().splitlines()
     file.write_text("\n".join(lines[:-1]) + "\n")
-    assert "is not what was compared" in text_of(study)
+    assert "is of other rows of measurements.csv" in text_of(study)
 
 
 @pytest.mark.parametrize("name", ("compare.json", "diagnose.json", "refine.json", history.HISTORY))

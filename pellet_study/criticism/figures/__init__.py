@@ -4,25 +4,10 @@ An effect has the same colour in all of them where each is given `effects`, the 
 """
 
 from pellet_study.criticism.figures.errors import ladder, predictions, residuals, tied_errors
-from pellet_study.criticism.figures.explanations import (
-    EXPLAINS,
-    IMPLAUSIBLE,
-    MISSING,
-    REFUSED,
-    TIED,
-    constants,
-    next_measurement,
-    ranking,
-    standing,
-)
+from pellet_study.criticism.figures.explanations import constants, next_measurement, ranking
 from pellet_study.criticism.figures.readings import readings
 
 __all__ = [
-    "EXPLAINS",
-    "IMPLAUSIBLE",
-    "MISSING",
-    "REFUSED",
-    "TIED",
     "constants",
     "ladder",
     "next_measurement",
@@ -30,6 +15,5 @@ __all__ = [
     "ranking",
     "readings",
     "residuals",
-    "standing",
     "tied_errors",
 ]

@@ -6,7 +6,17 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from pellet_study.criticism.explanations import TIE
-from pellet_study.criticism.verdicts import Note
+from pellet_study.criticism.verdict_facts import (
+    EXPLAINS,
+    IMPLAUSIBLE,
+    MISSING,
+    NOT_NEEDED,
+    NOT_SEEN,
+    PAIRED,
+    REFUSED,
+    TIED,
+    standing,
+)
 from pellet_study.output import style as look
 from pellet_study.output.style import styled
 from pellet_study.output.words import number
@@ -16,33 +26,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 LINE_HEIGHT = 0.15  # inches of a line of small letters
-UNSEEN = (Note.WRONG_SIGN, Note.NOT_SHOWN, Note.NOT_SIMULATED)
-MISSING, TIED, PAIRED, EXPLAINS, IMPLAUSIBLE, REFUSED, NOT_SEEN = (
-    "missing",
-    "tied",
-    "explains only together with another",
-    "explains, but clearly less well",
-    "only at an implausible size",
-    "does not explain",
-    "not seen in these data",
-)
-"""What a candidate of the ranking is to its verdict."""
-
-
-def standing(diagnosis: dict, suspect: dict) -> str:
-    """What a candidate is to the verdict: the words of the ranking's legend, as in the table beside it."""
-    name = suspect["effect"]
-    if name in diagnosis["missing"]:
-        return MISSING if len(diagnosis["missing"]) == 1 else PAIRED
-    if name in diagnosis["tied"]:
-        return TIED
-    if any(name in pair for pair in diagnosis["tied"] if not isinstance(pair, str)):
-        return PAIRED
-    if suspect["note"] == Note.IMPLAUSIBLE_SIZE:
-        return IMPLAUSIBLE
-    if suspect["note"] in UNSEEN:
-        return NOT_SEEN
-    return EXPLAINS if suspect["explains"] else REFUSED
 
 
 @styled
@@ -72,6 +55,7 @@ def ranking(diagnosis: dict, effects: Sequence[str] = (), ax: "Axes | None" = No
             EXPLAINS: ("white", "...."),
             IMPLAUSIBLE: ("white", "////"),
             REFUSED: ("#C8C8C8", None),
+            NOT_NEEDED: ("#C8C8C8", None),
             NOT_SEEN: ("white", None),
         }.get(kind, (look.look_of([s["effect"]], effects or [x["effect"] for x in suspects]).colour, None))
         if kind == PAIRED:

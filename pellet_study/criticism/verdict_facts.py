@@ -1,0 +1,118 @@
+"""What a verdict says and what stands beside it, each sentence once: text pages and the HTML report lay it out.
+
+Every function takes a diagnosis as `answers` makes it, or as the JSON that a command left in the study.
+"""
+
+from pellet_study.criticism import facts, fit_facts
+from pellet_study.criticism.facts import Candidate
+from pellet_study.criticism.verdicts import Grade, Note, Verdict
+from pellet_study.output.words import number, probability
+
+UNSEEN = (Note.WRONG_SIGN, Note.NOT_SHOWN, Note.NOT_SIMULATED)
+MISSING, TIED, PAIRED, EXPLAINS, IMPLAUSIBLE, REFUSED, NOT_NEEDED, NOT_SEEN = (
+    "missing",
+    "tied",
+    "explains only together with another",
+    "explains, but clearly less well",
+    "only at an implausible size",
+    "does not explain",
+    "not needed",
+    "not seen in these data",
+)
+"""What a candidate of the ranking is to its verdict."""
+
+
+def standing(diagnosis: dict, suspect: dict) -> str:
+    """What a candidate is to the verdict: the words of the ranking's legend, of its table and of its caption."""
+    name = suspect["effect"]
+    if name in diagnosis["missing"]:
+        return MISSING if len(diagnosis["missing"]) == 1 else PAIRED
+    if name in diagnosis["tied"]:
+        return TIED
+    if any(name in pair for pair in diagnosis["tied"] if not isinstance(pair, str)):
+        return PAIRED
+    if suspect["note"] == Note.IMPLAUSIBLE_SIZE:
+        return IMPLAUSIBLE
+    if suspect["note"] in UNSEEN:
+        return NOT_SEEN
+    if diagnosis["verdict"] == Verdict.ADEQUATE:
+        return NOT_NEEDED
+    return EXPLAINS if suspect["explains"] else REFUSED
+
+
+def remark(diagnosis: dict, candidate: Candidate) -> str:
+    """What speaks for or against a candidate, and from which size on it would be noticed where it was not.
+
+    The latter is reckoned about the present model, so that it is said of one that does not fit, or below a larger fitted
+    size, nowhere.
+    """
+    suspect = next(s for s in diagnosis["ranking"] if s["effect"] == candidate.effect)
+    stands = standing(diagnosis, suspect)
+    words = candidate.note or {MISSING: "explains", TIED: "explains"}.get(stands, stands)
+    if candidate.beyond:
+        words += f": would need {', '.join(f'{k} = {number(v, 3)}' for k, v in candidate.beyond.items())}"
+        if candidate.beyond_chi2_drop is not None:
+            words += f" (then chi2 drop {candidate.beyond_chi2_drop:.1f})"
+    size = abs(candidate.sizes[0].value) if candidate.sizes else 0.0
+    fails = (diagnosis.get("fit") or {}).get("grade") == Grade.FAILS
+    if candidate.unseen and candidate.noticed_from is not None and not fails and size < abs(candidate.noticed_from):
+        words += f"; from {number(candidate.noticed_from, 3)} on it would be noticed"
+    return words
+
+
+def verdict(diagnosis: dict) -> str:
+    """A verdict in words, without its name: what is missing or tied, and how the rows held out stand to it."""
+    found = facts.finding(diagnosis)
+    drifts = "".join(f" and a drift of {one['observable']} with time" for one in diagnosis.get("by_time") or [])
+    match found.verdict:
+        case Verdict.MISSING:
+            words = found.names
+        case Verdict.TIED:
+            words = f"{found.names}{drifts} explain it alike; these data cannot tell them apart"
+        case Verdict.UNDECIDED:
+            words = facts.limited_words(diagnosis) or "a fit on which the answer rests did not end (see the notes)"
+        case Verdict.UNEXPLAINED:
+            words = "the model fails, and no candidate of a plausible size repairs it"
+        case _:
+            return fit_facts.adequacy({**(diagnosis.get("present") or {}), **diagnosis})
+    return words + held_out_too(diagnosis)
+
+
+def held_out_too(diagnosis: dict) -> str:
+    """That the rows held out contradict the model that is diagnosed, and what they say of the explanations."""
+    if not diagnosis.get("holdout_contradicts"):
+        return ""
+    without = " without it" if diagnosis["verdict"] in (Verdict.MISSING, Verdict.TIED) else ""
+    said = f"; the rows held out contradict the model{without} (p {probability(diagnosis['holdout_p'])}; the limit is "
+    said += f"{diagnosis['holdout_limit_p']:g})"
+    groups: dict[str, list[str]] = {"contradict it with": [], "agree with it with": [], "cannot be held against": []}
+    for rival in diagnosis.get("rivals") or []:
+        judged = "contradict it with" if rival["holdout_contradicts"] else "agree with it with"
+        words = judged if rival["holdout_p"] is not None else "cannot be held against"
+        groups[words].append(" + ".join(rival["effects"]))
+    for words, names in groups.items():
+        said += f", {words} {' and with '.join(names)}" if names else ""
+    return said
+
+
+def beside(diagnosis: dict) -> list[str]:
+    """What stands beside a verdict: a row that is alone in it, what would change it, the nearest miss or the worst row."""
+    lines = [one["words"] for one in diagnosis.get("drifting") or []]
+    lines += ["an amount that drifts is no constant: `refine` does not add it, `add` does"] if lines else []
+    lines.append(fit_facts.lone_words(diagnosis))
+    lines += [facts.time_words(diagnosis), facts.fitted_too_words(diagnosis), facts.undone_words(diagnosis)]
+    if diagnosis.get("nearest_miss") is not None:
+        lines.append(f"nearest: {facts.miss_words(diagnosis)}")
+    elif diagnosis["verdict"] == Verdict.UNEXPLAINED and diagnosis.get("worst_row"):
+        lines.append(f"the worst row is {diagnosis['worst_row']['words']}")
+    return [line for line in lines if line]
+
+
+def fit_too(diagnosis: dict) -> str:
+    """What to do before the next command where the rows held out contradict the model and could tell more; else empty."""
+    found = diagnosis["fitted_too"]
+    if found is not None:
+        return f"set split to fit in the rows {facts.places(found['conditions'])}"
+    judged = [rival["holdout_contradicts"] for rival in diagnosis.get("rivals") or []]
+    tells = diagnosis["verdict"] == Verdict.ADEQUATE or (diagnosis["verdict"] == Verdict.TIED and any(judged))
+    return "set split to fit in some of the rows held out" if tells and diagnosis["holdout_contradicts"] else ""
