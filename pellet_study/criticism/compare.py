@@ -111,7 +111,7 @@ def compare(study: Study, state: CalibratedStudy | None = None, level_out: bool 
     stuck = tuple(name for name, at_bound in zip(names, fitted.at_bound, strict=True) if at_bound)
     loose = tuple(name for name in loose if name not in stuck)
     rows = row_residuals(state)
-    limit = far_off(state)
+    limit, drifts = far_off(state), constancy_tests(state)
     values = dict(zip(names, map(float, fitted.values), strict=True))
     comparison = Comparison(
         effects=tuple(study.effects),
@@ -125,7 +125,7 @@ def compare(study: Study, state: CalibratedStudy | None = None, level_out: bool 
         chi2=fitted.chi2 + cells.replicate_chi2 if cells.scale_known else None,
         dof=sum(row.split == "fit" for row in study.rows) - len(names),
         lack_of_fit_p=lack_of_fit(fitted, cells),
-        drifts=constancy_tests(state),
+        drifts=drifts,
         needed_setup_percent=needed_setup(state),
         rows=rows,
         rms_error=rms_error(rows, "fit"),
@@ -136,7 +136,7 @@ def compare(study: Study, state: CalibratedStudy | None = None, level_out: bool 
             *model.warnings,
             *warnings_of(state, stuck, loose),
             *doubted_units(state),
-            *doubted_sd(state),
+            *doubted_sd(state, drifts),
             *doubted_constants(state, values),
         ),
         level_out_rms_error=level_out_errors(state) if level_out else None,

@@ -20,7 +20,7 @@ from pellet_study.model.model import Case, Model, key
 from pellet_study.study.measurements import Measurement
 
 POINTS = 41  # of a curve in closed form
-MOST_SETTINGS = 4  # of the other conditions, each of which has a panel of its own
+MOST_SETTINGS = 9  # of the other conditions, each of which has a panel of its own
 CURVE, LEVELS, ROWS = "curve", "levels", "rows"
 """How a model is drawn: at any value, at the measured levels only, at each row's own setting."""
 

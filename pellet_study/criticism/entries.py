@@ -11,8 +11,8 @@ import numpy as np
 from scipy import special
 
 from pellet_study.criticism.calibration import CalibratedStudy, part_of
-from pellet_study.criticism.constancy import constancy_tests
-from pellet_study.criticism.grades import judged, tests_of
+from pellet_study.criticism.constancy import Drift, constancy_tests
+from pellet_study.criticism.grades import DOUBTFUL, judged, tests_of
 from pellet_study.criticism.lack_of_fit import lack_by_rig, lack_of_fit
 from pellet_study.criticism.least_squares import fit, problem_of
 from pellet_study.criticism.residuals import RowResidual
@@ -107,8 +107,11 @@ def doubted_units(state: CalibratedStudy) -> list[str]:
     return said
 
 
-def doubted_sd(state: CalibratedStudy) -> list[str]:
-    """What to say of stated standard deviations that the readings' scatter about the model, or each other, belies."""
+def doubted_sd(state: CalibratedStudy, drifts: Sequence[Drift]) -> list[str]:
+    """What to say of stated standard deviations that the readings' scatter about the model, or each other, belies.
+
+    Too small an sd leaves scatter without a shape; where a constant drifts the misfit has one, and is the model's.
+    """
     cells, said = state.cells, []
     if state.model.scatters or not cells.scale_known or cells.whiten.ndim > 1:
         return []
@@ -129,7 +132,7 @@ def doubted_sd(state: CalibratedStudy) -> list[str]:
                 f"{rig} {observable}: the readings lie {_times(1 / max(ratio, 1e-3))} times closer to the model than their sd says; is sd "
                 f"too large{_or_unit(ratio, unit)}? No effect can be seen that is smaller than it"
             )
-        elif ratio > FARTHER:
+        elif ratio > FARTHER and not any(drift.p < DOUBTFUL for drift in drifts):
             said.append(
                 f"{rig} {observable}: the readings lie {_times(ratio)} times farther from the model than their sd says; where "
                 f"that is not the model, is sd too small{_or_unit(ratio, unit)}?"

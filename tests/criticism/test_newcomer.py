@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from pellet_study.criticism import verdict_facts
+from pellet_study.criticism import figures, verdict_facts
 from tests.criticism.test_words import HEAD, asked, layer, page_of
 from tests.helpers.make_study import HEIGHTS_MM, command, folder, slip_angle_deg
 
@@ -352,3 +352,20 @@ def test_a_set_up_is_shared_by_fitted_and_held_out_rows_of_one_rig_alike(tmp_pat
         lines += [f"layer_on_incline,slip_angle_deg,{26 + k},0.5,{name},0.5,,{h}" for k, h in enumerate((20, 40))]
         found.append(command("compare", folder(tmp_path / name, lines), json_file=tmp_path / f"{name}.json")[1]["chi2"])
     assert found[0] == pytest.approx(found[1]) and math.isfinite(found[0])
+
+
+def test_readings_of_crossed_conditions_stand_in_a_panel_a_setting(tmp_path, capsys):
+    """Six heights by six densities: six panels; three conditions crossed: one, each model's value beside its reading."""
+    lines = ["rig,observable,value,sd,layer_height_mm,bulk_density_kg_m3,channel_width_mm"]
+    lines += [
+        f"layer_on_incline,slip_angle_deg,{slip_angle_deg(h, 0.5, 30, d):.3f},0.4,{h},{d},{w}"
+        for h in HEIGHTS_MM for d in (800, 1000, 1200, 1400, 1600, 1800) for w in (50, 100)
+    ]  # fmt: skip
+    crossed = folder(tmp_path / "s", [one for one in lines if not one.endswith(",50")])
+    answer = asked("compare", crossed, capsys)[1]
+    panels = answer["curves"][0]["panels"]
+    assert [len(panel["rows"]) for panel in panels] == [6] * 6 and {panel["drawn"] for panel in panels} == {"curve"}
+    answer = asked("compare", folder(tmp_path / "t", lines), capsys)[1]
+    (axes,) = figures.readings(answer["rows"], answer["curves"]).axes
+    model, *_ = [line for line in axes.lines if line.get_marker() == "_" and len(line.get_xdata()) == 72]
+    assert len(set(model.get_xdata())) == 72  # each beside its own reading

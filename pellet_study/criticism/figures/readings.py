@@ -74,7 +74,7 @@ def _draw_model(axes: Any, panel: dict, drawn_as: look.Look, place: int) -> Any:
     """A model's values; what stands for it in the legend."""
     if panel["drawn"] == ROWS:
         return axes.plot(
-            panel["at"], panel["predicted"], OWN[place % len(OWN)], color=drawn_as.colour, markersize=9, markeredgewidth=1.6,
+            _side_by_side(panel["levels"]), panel["predicted"], OWN[place % len(OWN)], color=drawn_as.colour, markersize=6, markeredgewidth=1.6,
             zorder=4,
         )[0]  # fmt: skip
     marker = "." if panel["drawn"] == LEVELS else ""
