@@ -22,15 +22,23 @@ def unusual_sd(rows: Sequence[Measurement]) -> list[str]:
     return [f"{rig}: {words}" for (rig, _), some in groups.items() for words in _of_group(some)]
 
 
+def median_of_others(values: np.ndarray) -> np.ndarray:
+    """For each of at least two values the median of all others, from one sorting of them."""
+    order = np.argsort(values, kind="stable")
+    ranked, rank = values[order], np.argsort(order, kind="stable")
+    low, high = (len(values) - 2) // 2, (len(values) - 1) // 2
+    return 0.5 * (ranked[low + (rank <= low)] + ranked[high + (rank <= high)])
+
+
 def _of_group(rows: Sequence[Measurement]) -> list[str]:
     sd = np.array([row.sd for row in rows], dtype=float)
     size = np.abs([row.value for row in rows])
     share_of = sd / np.maximum(size, NO_NEARER * max(size.max(), 1e-300))
     found = []
+    others_sd, others_size = (median_of_others(values) for values in (sd, size)) if len(rows) > 3 else ((), ())
     for k, row in enumerate(rows if len(rows) > 3 else ()):
-        others = np.delete(np.arange(len(rows)), k)
-        times = sd[k] / np.median(sd[others])
-        share = times * np.median(size[others]) / max(size[k], 1e-300)
+        times = sd[k] / others_sd[k]
+        share = times * others_size[k] / max(size[k], 1e-300)
         if min(times, share) > ONE_OFF or max(times, share) < 1 / ONE_OFF:
             than = f"{times:.3g} times" if times > 1 else f"a {1 / times:.3g}th of"
             found.append(f"line {row.line}: sd {sd[k]:g} is {than} that of the other rows: is it in another unit?")

@@ -1,5 +1,6 @@
 """measurements.csv: what is accepted, and what is refused with file, line, what was given and what is accepted."""
 
+import numpy as np
 import pytest
 
 from pellet_study.errors import InputError
@@ -72,3 +73,11 @@ def test_refused(tmp_path, lines, words):
 def test_missing_file_is_named(tmp_path):
     with pytest.raises(InputError, match="nowhere.csv"):
         read(tmp_path / "nowhere.csv", catalogue.standard())
+
+
+@pytest.mark.parametrize("number", (2, 3, 4, 7, 10))
+def test_the_median_of_all_others_is_each_row_s(number):
+    from pellet_study.study.spreads import median_of_others
+
+    values = np.random.default_rng(number).integers(0, 5, number).astype(float)  # with ties
+    assert list(median_of_others(values)) == [np.median(np.delete(values, k)) for k in range(number)]
