@@ -6,6 +6,7 @@ import numpy as np
 
 from yade_scripts import particles, rebound
 
+EFFECTS = rebound.EFFECTS
 RIG = {
     **rebound.RIG,
     "name": "sphere_rebound",

@@ -6,6 +6,7 @@ import numpy as np
 
 from yade_scripts import inclined_roll, particles
 
+EFFECTS = inclined_roll.EFFECTS
 RIG = {
     **inclined_roll.RIG,
     "name": "sphere_roll",
