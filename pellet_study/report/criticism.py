@@ -76,8 +76,16 @@ def fit_sentence(comparison: dict[str, Any], held_out: bool = True) -> str:
             "There are neither standard deviations nor replicates: how well it fits cannot be judged from these data."
         )
     beside = fit_facts.held_out_words(comparison) if held_out else ""
-    return f"chi² = {number(comparison['chi2'])} on {comparison['dof']}; {judged}." + (
-        f" Rows held out: {beside}." if beside else ""
+    said = [
+        f"Rows held out: {beside}" if beside else "",
+        f"Error of a row: {noise}" if (noise := fit_facts.noise_words(comparison)) else "",
+        *(f"Scatter: {one['words']}" for one in comparison.get("scatter") or []),
+    ]
+    return " ".join(
+        [
+            f"chi² = {number(comparison['chi2'])} on {comparison['dof']}; {judged}.",
+            *(f"{line}." for line in said if line),
+        ]
     )
 
 

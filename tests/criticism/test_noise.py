@@ -73,6 +73,8 @@ def test_adequate_by_noise_alone_is_undecided_and_says_what_it_would_take(tmp_pa
     again, _ = refined(tmp_path / "s", 0, capsys)
     assert again["verdict"] == "undecided"
     assert command("report", tmp_path / "s")[0] == 0
+    page = (tmp_path / "s" / "report.html").read_text()
+    assert "scatter too much" in page and "(noise share" in page
     status, diagnosed = command("diagnose", tmp_path / "s", json_file=tmp_path / "d.json")
     assert status == 0 and diagnosed["verdict"] == "undecided"
     assert diagnosed["limited"]["simulations"] == limit["simulations"]

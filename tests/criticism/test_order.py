@@ -88,3 +88,10 @@ def test_residuals_are_drawn_against_the_order(tmp_path):
     assert "order of the reading (-)" in labels
     places = figure.axes[labels.index("order of the reading (-)")].collections[-1].get_offsets()
     assert sorted(places[:, 0]) == sorted(map(float, AT_RANDOM))
+
+
+def test_the_report_says_it_too(tmp_path):
+    path = study(tmp_path / "s", IN_TURN, PER_READING)
+    assert command("refine", path)[0] == 0 and command("report", path)[0] == 0
+    page = (path / "report.html").read_text()
+    assert "A drift of slip_angle_deg (layer_on_incline) with time explains it as well" in page
