@@ -20,7 +20,7 @@ LACK_OF_FIT = 0.001
 DOUBTFUL = 0.05  # p below which a fit is doubtful: of twenty good models one is, by each test
 RULE = (
     f"does not fit where lack of fit has p < {LACK_OF_FIT:g} (in one rig p < {LACK_IN_A_RIG:g}, shared among the rigs) or a "
-    f"constant drifts with p < {DRIFT:g}; doubtful where one of these has p < {DOUBTFUL:g}"
+    f"constant, or readings with their order, drift with p < {DRIFT:g}; doubtful where one of these has p < {DOUBTFUL:g}"
 )
 
 
