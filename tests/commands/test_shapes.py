@@ -212,3 +212,62 @@ def test_a_parameter_known_in_some_rows_is_fitted_to_the_others_only(tmp_path, c
     last = refined["steps"][-1]["parameters"]
     assert last["seed_powder_static_friction"] == pytest.approx(0.5, rel=0.02)
     assert last["adhesion.surface_energy"] == pytest.approx(4e-5, rel=0.2)
+
+
+WORDS = """
+import numpy as np
+
+RIG = {
+    "name": "slide",
+    "parameters": {"mu": {"default": 0.5, "min": 0.05, "max": 2.0, "unit": "1", "meaning": "friction"}},
+    "conditions": {
+        "plate": {"default": "steel", "options": ("steel", "glass", "paper"), "unit": "", "meaning": "what it lies on"},
+        "load_g": {"default": 10.0, "min": 1.0, "max": 100.0, "unit": "g", "meaning": "load"},
+    },
+    "observables": {"angle_deg": "tilt", "force_mn": {"unit": "mN", "meaning": "pull"}},
+}
+
+
+def predict(parameters, conditions, effects):
+    angle = np.degrees(np.arctan(parameters["mu"])) + 0 * conditions["load_g"]
+    return {"angle_deg": angle, "force_mn": 9.81 * parameters["mu"] * conditions["load_g"]}
+"""
+SEVERAL = {
+    "two rigs": (
+        "rig,observable,value,sd,n,layer_height_mm,normal_stress_pa,internal_friction\n"
+        + "".join(
+            f"layer_on_incline,slip_angle_deg,{slip_angle_deg(h, 0.5, 40.0):.2f},0.3,5,{h},,\n" for h in (8, 15, 30, 60)
+        )
+        + "".join(f"shear_cell,shear_stress_pa,{0.5 * s + 40:.1f},10,5,,{s},\n" for s in (500, 2000, 8000))
+        + "shear_cell,shear_stress_pa,640,10,5,,1000,0.6\n",
+        "internal_friction = { min = 0.1, max = 1.5 }",
+        ["cohesion"],
+    ),
+    "a rig of one's own, words, two observables": (
+        "rig,observable,value,sd,n,plate,load_g\n"
+        + "".join(
+            f"slide,{o},{v},{sd},5,{plate},{load}\n"
+            for load in (5, 20)
+            for plate in ("steel", "glass")
+            for o, v, sd in (("angle_deg", 26.6, 0.3), ("force_mn", round(9.81 * 0.5 * load, 2), 0.5))
+        ),
+        "mu = { min = 0.1, max = 1.5 }",
+        [],
+    ),
+}
+
+
+@pytest.mark.parametrize("name", SEVERAL)
+def test_studies_of_several_rigs_observables_and_words_are_answered_too(name, tmp_path, capsys):
+    rows, free, added = SEVERAL[name]
+    folder = tmp_path / "s"
+    (folder / "rigs").mkdir(parents=True)
+    (folder / "rigs" / "slide.py").write_text(WORDS)
+    (folder / "measurements.csv").write_text(rows)
+    (folder / "study.toml").write_text(f"[parameters]\n{free}\n")
+    for command in ("check", "compare", "diagnose"):
+        asked(folder, capsys, command)
+    refined, _ = asked(folder, capsys, "refine")
+    assert (refined["verdict"], refined["added"]) == ("adequate", added)
+    for command in ("history", "report"):
+        asked(folder, capsys, command)
