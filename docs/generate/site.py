@@ -15,7 +15,9 @@ def on_files(files: Files, config: MkDocsConfig) -> Files:
     for page in files.documentation_pages():
         for name in OUTSIDE.findall(page.content_string):
             if files.get_file_from_path(name) is None:
-                beside = File.generated(config, name, abs_src_path=str(ROOT / name), inclusion=InclusionLevel.NOT_IN_NAV)
+                beside = File.generated(
+                    config, name, abs_src_path=str(ROOT / name), inclusion=InclusionLevel.NOT_IN_NAV
+                )
                 files.append(beside)
     return files
 

@@ -20,9 +20,27 @@ def bench_stages(folder: Path) -> list[Stage]:
         kind="bench",
         heading="Seed bench tests",
         words=["One test after the other; parameters of later tests are off until their own, as in the source paper."],
-        tables=[overview(results)],
+        tables=[overview(results), *joint(folder)],
+        short=in_short(results),
     )
     return [together, *map(sweep, results)]
+
+
+def in_short(results: list[BenchResult]) -> str:
+    """The parameters with their intervals, and how far off they leave each test."""
+    found, errors = [], []
+    for r in results:
+        if r.value is None:
+            found.append(f"{r.stage.rig} does not reach {r.reading.value:g} {words(r.stage.observable)[1]}")
+            continue
+        found.append(
+            f"{r.stage.rig} {r.stage.symbol} = {r.value:.3g} (95 % {r.interval[0]:.3g} to {r.interval[1]:.3g}, source paper "
+            f"{printed.solution(r.stage):g})"
+        )
+        if r.verification is not None:
+            errors.append(f"{r.verification_error_percent:.1f}")
+    off = f"; simulated there, they are {', '.join(errors)} % off the measurement" if errors else ""
+    return f"Bench tests: {', '.join(found)}{off}."
 
 
 def overview(results: list[BenchResult]) -> Table:
@@ -67,14 +85,11 @@ def sweep(result: BenchResult) -> Stage:
     )
 
 
-def joint(folder: Path) -> Table | None:
-    """Each bench test predicted with every calibrated parameter at once."""
-    file = folder / "calibration.csv"
-    if not file.exists():
-        return None
-    known = pd.read_csv(opening.stream(file))
+def joint(folder: Path) -> list[Table]:
+    """Each bench test predicted with every calibrated parameter at once; none where that was not simulated."""
+    known = pd.read_csv(opening.stream(folder / "calibration.csv"))
     if "joint_prediction" not in known or known["joint_prediction"].isna().any():
-        return None
+        return []
     rows = [
         [
             r.rig,
@@ -85,9 +100,10 @@ def joint(folder: Path) -> Table | None:
         ]
         for r in known.itertuples()
     ]
-    return table(
+    together = table(
         ("rig", "observable", "measured", "predicted", "difference"),
         rows,
         (2, 3, 4),
         "The seed bench tests with all calibrated parameters at once (stage by stage, those of later tests are off):",
     )
+    return [together]

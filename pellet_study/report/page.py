@@ -4,6 +4,7 @@ Figures are drawn anew from the answers the commands left there; what is not the
 """
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -18,7 +19,8 @@ from pellet_study.output import style
 from pellet_study.output.words import number, plain
 from pellet_study.powder import decisions
 from pellet_study.report import criticism
-from pellet_study.report.bench import bench_stages, joint
+from pellet_study.report.bench import bench_stages
+from pellet_study.report.beside import powder_beside, study_beside
 from pellet_study.report.measured import counts, measured
 from pellet_study.report.parts import Stage, Table, table
 from pellet_study.report.powder import measured_angle, powder_stages
@@ -29,8 +31,10 @@ from pellet_study.study.study import Study
 Answer = dict[str, Any]  # the JSON that a command left
 
 FILE = "report.html"
+NOT_THERE = "not there yet"  # instead of files
 COMPARED = ("value", "sd", "n", "split")  # of a row, beside its conditions
 DAMAGED = (KeyError, TypeError, AttributeError, IndexError, ValueError)
+POWDER_FILES = tuple(f"{stage}/decision.json" for stage in decisions.STAGES)
 SECTIONS = (
     ("measured", "What was measured"),
     ("model", "What the model says"),
@@ -62,6 +66,8 @@ def page(folder: Path, library: Path | None = None) -> str:
     ------
     InputError : no study, or a file in it is not what a command wrote
     """
+    place = folder
+    folder = study_beside(place)
     study = load(folder, library)
     steps = _whole(folder, history.read_history(folder))
     left = {name: _answer(folder, name) for name in ("compare", "diagnose", "refine")}
@@ -77,6 +83,8 @@ def page(folder: Path, library: Path | None = None) -> str:
         f"{_named(study, folder)}` again."
         for name in stale
     ]
+    if place != folder:
+        content |= _around(load(place, library), place, content)
     environment = Environment(
         loader=PackageLoader("pellet_study.report", "template"),
         autoescape=True,
@@ -127,7 +135,7 @@ def _content(
     study: Study, folder: Path, compared: Answer | None, diagnoses: list[Answer], steps: list[Answer]
 ) -> dict[str, Any]:
     """What the template lays out; None for what is not there yet."""
-    stages = bench_stages(folder) + powder_stages(folder, measured_angle(study))
+    stages = _stages(study, folder)
     shown = steps or ([compared] if compared else [])
     return {
         "title": study.title,
@@ -141,7 +149,8 @@ def _content(
         "notes": _notes(study, compared),
         "measured": measured(study, folder),
         "model": criticism.model(study, compared, shown, diagnoses) if compared else None,
-        "joint": joint(folder),
+        "of": "",
+        "also_measured": None,
         "fails": criticism.fails(study, shown, diagnoses) if shown else None,
         "missing": [criticism.missing(study, diagnosis) for diagnosis in diagnoses],
         "ladder": criticism.ladder(study, steps, diagnoses) if steps else None,
@@ -151,6 +160,36 @@ def _content(
         "stages": stages,
         "repeat": _repeat(study, folder, {stage.kind for stage in stages}),
         "version": pellet_study.__version__,
+    }
+
+
+def _stages(study: Study, folder: Path) -> list[Stage]:
+    """The calibrations stage by stage, the seeds' first."""
+    return bench_stages(folder) + powder_stages(powder_beside(folder), measured_angle(study))
+
+
+def _around(study: Study, folder: Path, inner: Mapping[str, Any]) -> dict[str, Any]:
+    """What is said of a study whose folder holds the one that was criticised: its stages come first."""
+    stages, model = _stages(study, folder), f"{inner['title']} ({inner['place']})"
+    order = ("measured", "stages", "model", "fails", "missing", "error", "next", "repeat")
+    repeat = _repeat(study, folder, {stage.kind for stage in stages})
+    return {
+        "title": study.title,
+        "place": folder.as_posix(),
+        "named": _named(study, folder),
+        "rigs": study.rigs,
+        "counts": counts(study),
+        "sections": [s for name in order for s in SECTIONS if s[0] == name],
+        "short": [
+            *(stage.short for stage in stages if stage.short),
+            f"Missing effect, {inner['title']}:",
+            *inner["short"],
+        ],
+        "measured": measured(study, folder),
+        "also_measured": replace(inner["measured"].summary, caption=f"What was measured for {model}:"),
+        "of": f"Of {model}, whose model was held against its measurements.",
+        "stages": stages,
+        "repeat": replace(repeat, rows=[row for row in (*repeat.rows, *inner["repeat"].rows) if row[1] != NOT_THERE]),
     }
 
 
@@ -187,7 +226,7 @@ def _short(compared: Answer | None, diagnoses: list[Answer], steps: list[Answer]
     """The answer in a few sentences."""
     if not (compared or stages or diagnoses):
         return ["Measured, not calibrated yet."]
-    found = []
+    found = [stage.short for stage in stages if stage.short]
     if len(steps) > 1:
         first, last = steps[0], steps[-1]
         found.append(
@@ -207,10 +246,6 @@ def _short(compared: Answer | None, diagnoses: list[Answer], steps: list[Answer]
         found.append(f"With it {criticism.fit_sentence(compared, held_out=not diagnoses)}")
     if diagnoses:
         found.append(criticism.verdict(diagnoses[-1]))
-    if stages:
-        drawn = ", ".join(stage.heading for stage in stages if stage.pictures)
-        found.append(f"Calibrated stage by stage: {drawn}.")
-    found += [line for stage in stages if stage.kind == "validation" for line in stage.words]
     return found
 
 
@@ -259,19 +294,21 @@ def _bench_readings(study: Study) -> bool:
 
 def _repeat(study: Study, folder: Path, stages: set[str]) -> Table:
     """Which command made which numbers, and the files they stand in; of the stages only those that the study has."""
-    place = _named(study, folder)
+    place, powder = _named(study, folder), powder_beside(folder)
     commands = {command for _, command in stage_commands(study)}
     of_stages = [
         (
             "powder calibration",
-            ("runs.csv", *(f"{stage}/decision.json" for stage in decisions.STAGES)),
-            decisions.command(folder).removeprefix("pellet-study ").replace(folder.as_posix(), place, 1),
-            "calibrate" in commands or "powder" in stages,
+            tuple((powder / name).relative_to(folder).as_posix() for name in ("runs.csv", *POWDER_FILES)),
+            decisions.command(powder).removeprefix("pellet-study ").replace(folder.as_posix(), place, 1)
+            if powder == folder
+            else f"calibrate POWDER_STUDY --results {powder.as_posix()}",
+            "calibrate" in commands or bool(stages & set(decisions.STAGES)),
         ),
         ("seed bench tests", ("calibration.csv",), f"bench {place}", "bench" in commands or "bench" in stages),
     ]
     rows = [
-        [what, ", ".join(f for f in files if (folder / f).exists()) or "not there yet", f"pellet-study {command}"]
+        [what, ", ".join(f for f in files if (folder / f).exists()) or NOT_THERE, f"pellet-study {command}"]
         for what, files, command in (
             ("constants, residuals, where it fails", ("compare.json", "compare.txt"), f"compare {place}"),
             ("ranking, next measurement", ("diagnose.json", "diagnose.txt"), f"diagnose {place}"),

@@ -39,13 +39,14 @@ class Picture:
 
 @dataclass(frozen=True)
 class Stage:
-    """A stage of a calibration: which (`kind`), what it found in words, pictures and tables."""
+    """A stage of a calibration: which (`kind`), what it found in words, pictures and tables; `short` is for the first box."""
 
     kind: str
     heading: str
     words: list[str]
     pictures: list[Picture] = field(default_factory=list)
     tables: list[Table] = field(default_factory=list)
+    short: str = ""
 
 
 def table(

@@ -113,6 +113,7 @@ def _screening(folder: Path, measured: Measured) -> Stage:
             ),
         ],
         tables=[_effects(folder, found, factors)],
+        short=f"Powder screening, {len(good)} heaps: effects {selection(decision)}.",
     )
 
 
@@ -238,15 +239,20 @@ def _validation(folder: Path, measured: Measured) -> Stage:
     if d.nothing_nearer:
         words += " The setting is not corrected, as along the gradient the box has nothing nearer."
     low, high = d.error_interval_percent
+    equivalent = "equivalent" if d.equivalent else "not shown equivalent"
     return Stage(
         kind="validation",
         heading="Powder: validation",
         words=[
             f"At the setting found, with seeds nobody has used: {words} Mean {d.mean_deg:.2f} ± "
             f"{d.standard_error_deg:.2f} deg over the {len(good)} heaps there that gave an angle, measured {d.measured_deg:g}: error {d.error_percent:.2f} % "
-            f"(95 % {low:+.2f} to {high:+.2f} %); {'equivalent' if d.equivalent else 'not shown equivalent'} within "
+            f"(95 % {low:+.2f} to {high:+.2f} %); {equivalent} within "
             f"{d.margin_deg:g} deg, stated beforehand (two one-sided tests, p {probability(d.p_tost)})."
         ],
+        short=(
+            f"Powder: {d.mean_deg:.2f} ± {d.standard_error_deg:.2f} deg at the setting found ({len(good)} heaps), measured {d.measured_deg:g}: "
+            f"error {d.error_percent:.2f} % (95 % {low:+.2f} to {high:+.2f} %), {equivalent} within {d.margin_deg:g} deg."
+        ),
         pictures=[
             picture(
                 heaps(good[OBSERVABLE].to_numpy(), d.mean_deg, d.interval_deg, d.measured_deg, d.margin_deg),

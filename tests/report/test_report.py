@@ -261,3 +261,45 @@ def test_a_damaged_stage_is_named(stage, tmp_path):
     (study / stage / "runs.csv").write_text("a,b\n1,2\n")
     with pytest.raises(InputError, match=stage):
         page.page(study)
+
+
+@pytest.fixture
+def whole(tmp_path):
+    """What `make study` leaves: the bench calibration, in its folder the powder's stages and a study with a hidden effect."""
+    study = tmp_path / "quick"
+    shutil.copytree(
+        ROOT / "results" / "quick", study, ignore=shutil.ignore_patterns(".store", "powder", "loaded_seeds")
+    )
+    for stage in ("screening", "validation"):
+        shutil.copytree(ROOT / "results" / "full" / stage, study / "powder" / stage)
+    hidden = incline(study / "hidden", c=60.0, repeats=4)
+    assert command("refine", hidden)[0] == 0
+    return study
+
+
+def test_the_page_of_the_main_job_is_whole_and_its_first_box_has_the_numbers(whole):
+    text = text_of(whole)
+    short = re.sub(r"<[^>]*>", "", re.search(r'<div class="lead">(.*?)</div>', text, re.DOTALL)[1])
+    bench = pd.read_csv(whole / "calibration.csv")
+    powder = json.loads((whole / "powder" / "validation" / "decision.json").read_text())
+    steps = json.loads((whole / "hidden" / "refine.json").read_text())["steps"]
+    told = [f"{value:.3g}" for value in bench["value"]]
+    told += [
+        f"{powder['mean_deg']:.2f} ± {powder['standard_error_deg']:.2f} deg",
+        f"error {powder['error_percent']:.2f} %",
+    ]
+    told += [f"{step['rms_error']:.3g}" for step in steps] + ["Adequate", "cohesion"]
+    places = [short.index(words) for words in told[: len(bench) + 2]]
+    assert places == sorted(places) and all(words in short for words in told)
+    assert short.index("Missing effect") > places[-1]
+    assert " yet" not in text and 'class="todo"' not in text
+    assert re.findall(r"<h2[^>]*>\d (.*?)</h2>", text)[:3] == [
+        "What was measured", "The calibration stage by stage", "What the model says"
+    ]  # fmt: skip
+
+
+def test_a_study_beside_is_shown_only_where_stages_were_calibrated(tmp_path):
+    outer = incline(tmp_path / "outer")
+    inner = incline(outer / "inner", c=60.0, repeats=4)
+    assert command("refine", inner)[0] == 0
+    assert "cohesion" not in text_of(outer)
