@@ -161,7 +161,7 @@ STUDY = {
     "an effect that is a number": (TOML + "[effects]\ncohesion = 3\n", ["cohesion", "cohesive_stress_pa"]),
     "an unknown parameter of an effect": (TOML + "[effects]\ncohesion = { stress = 1 }\n", ["'stress'", "cohesive_stress_pa"]),
     "an effect outside its range": (TOML + "[effects]\ncohesion = { cohesive_stress_pa = -1e9 }\n", ["cohesive_stress_pa", "outside"]),
-    "an effect that acts in no rig used": (TOML + "[effects]\nair_drag = { drag_coefficient = 0.5 }\n", ["air_drag", "acts in none"]),
+    "an effect that acts in no rig used": (TOML + "[effects]\nair_drag = { drag_factor = 0.5 }\n", ["air_drag", "acts in none"]),
     "candidates that are text": ('candidates = "cohesion"\n', ["candidates", "list of effect names"]),
     "candidates that are numbers": ("candidates = [1]\n", ["candidates", "list of effect names"]),
     "an unknown candidate": ('candidates = ["adhesoin"]\n', ["'adhesoin'", "'adhesion'"]),
