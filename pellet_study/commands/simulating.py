@@ -41,5 +41,5 @@ def hand_on(arguments: argparse.Namespace) -> None:
     for option, (variable, read) in OPTIONS.items():
         given = getattr(arguments, option)
         read(given)
-        if given is not None:
+        if given:
             os.environ[variable] = given

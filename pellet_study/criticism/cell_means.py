@@ -29,6 +29,7 @@ class CellMeans:
     whiten : (n, n) matrix W with W' W the inverse covariance, or (n,) its diagonal
     dof : degrees of freedom of the stated or pooled standard deviations; 0 where the scale is unknown
     replicate_chi2 : scatter of rows about their cell mean over its expectation
+    replicate_chi2_of : {(rig, observable): its part of that}
     warnings : what the reader must know
     group : (n,) number of each cell's rig and observable, whose standard deviations were found together
     group_dof : degrees of freedom of each group's standard deviation
@@ -45,6 +46,7 @@ class CellMeans:
     group: tuple[int, ...] = ()
     group_dof: tuple[int, ...] = ()
     contradicted: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    replicate_chi2_of: Mapping[tuple[str, str], float] = field(default_factory=dict)
 
     @property
     def scale_known(self) -> bool:
@@ -91,6 +93,7 @@ def cell_means(model: Model, rows: Sequence[Measurement]) -> CellMeans:
         group=tuple(map(int, number)),
         group_dof=dof_of_groups(groups.values()),
         contradicted={name: g.contradicted for name, g in groups.items() if g.contradicted is not None},
+        replicate_chi2_of={name: float(sum(g.replicate_chi2)) for name, g in groups.items()},
     )
 
 

@@ -124,7 +124,7 @@ def doubted_sd(state: CalibratedStudy, drifts: Sequence[Drift]) -> list[str]:
         dof = len(places) * max(1 - free / len(cells.case), 0.0) + repeats
         if dof < 1:
             continue
-        squares = float((state.fit.residual[places] ** 2).sum()) + (cells.replicate_chi2 if repeats else 0.0)
+        squares = float((state.fit.residual[places] ** 2).sum()) + cells.replicate_chi2_of[rig, observable]
         ratio = float(np.sqrt(squares / dof))
         unit = state.study.catalogue.rigs[rig].units.get(observable, "")
         if ratio < 1 and special.chdtr(dof, squares) < CLOSER:

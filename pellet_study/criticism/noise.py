@@ -57,17 +57,20 @@ def limit_of(state: CalibratedStudy, found: Diagnosis) -> Limited:
     return Limited(rig, share, LOUD, more * number, more * seconds / 60)
 
 
-def more_seeds(state: CalibratedStudy, found: Diagnosis, left_s: float) -> float | None:
-    """Have the worst rig simulated more from now on, if that takes no longer than is left; the seconds that it will take.
+def spent_s(state: CalibratedStudy) -> float:
+    """Seconds of a processor that went into simulations so far; what was stored before cost nothing."""
+    engines = {id(engine): engine for engine in state.model.engines.values()}
+    return sum(engine.means.spent_s for engine in engines.values() if hasattr(engine, "means"))
 
-    None where it would take longer, or has been simulated enough.
-    """
+
+def more_seeds(state: CalibratedStudy, found: Diagnosis, left_s: float) -> bool:
+    """Have the worst rig simulated more from now on, unless that takes longer than is left, or it has been simulated enough."""
     rig = next(iter(loud(found.comparison.noise_share)))
     engine = cast("Surrogate", state.model.engines[rig])
     if engine.plan.blocks.get(rig, 1) >= MOST_BLOCKS:
-        return None
+        return False
     _, seconds = engine.cost_of_more(rig)
     if left_s <= 0 or seconds > left_s:  # seconds is 0 where none was timed
-        return None
+        return False
     engine.more(rig)
-    return seconds
+    return True

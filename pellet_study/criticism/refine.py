@@ -17,7 +17,7 @@ from pellet_study.criticism.diagnose import GATE, GATE_AGAIN, Diagnosis, diagnos
 from pellet_study.criticism.explanations import TIE
 from pellet_study.criticism.lack_of_fit import absorbed_basis
 from pellet_study.criticism.least_squares import fit_many, problem_of
-from pellet_study.criticism.noise import limit_of, limited, more_seeds
+from pellet_study.criticism.noise import limit_of, limited, more_seeds, spent_s
 from pellet_study.criticism.possible import needs_simulation
 from pellet_study.criticism.rivals import refits
 from pellet_study.criticism.robustness import examined
@@ -131,12 +131,12 @@ def refine(
         level = GATE_AGAIN if steps.added else GATE
         found = diagnose(steps.study, steps.state, level, steps.comparisons[-1], propose, rank, ties_only)
         while left_s is not None and limited(steps.study, steps.state, found, level):
-            took = more_seeds(steps.state, found, left_s)
-            if took is None:
+            before = spent_s(steps.state)
+            if not more_seeds(steps.state, found, left_s):
                 found = replace(found, verdict=Verdict.UNDECIDED, limited=limit_of(steps.state, found))
                 break
-            left_s -= took
             steps.again()
+            left_s -= spent_s(steps.state) - before
             found = diagnose(steps.study, steps.state, level, steps.comparisons[-1], propose, rank, ties_only)
         return examined(steps.study, steps.state, found, level) if propose else found
 

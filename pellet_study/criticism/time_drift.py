@@ -122,10 +122,10 @@ def _drift(
         return None
     stated = all(row.sd is not None for cell in cells for row in cell if id(row) in shift)
     left = (max(squares - along_it**2 / square, 1e-12) / spare) ** 0.5 if spare > 0.5 else None
-    if stated:
-        unit, dof = max(1.0, left or 1.0), state.cells.dof
-    elif left is not None:
+    if left is not None and (left > 1 or not stated):
         unit, dof = left, spare
+    elif stated:
+        unit, dof = 1.0, float("inf")
     else:
         return None
     return along_it / square**0.5 / unit, dof, along_it / square, unit / square**0.5

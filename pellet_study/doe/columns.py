@@ -20,6 +20,7 @@ QUANTITY = re.compile(r"[-+\u2212]?\d+([.,]\d+)?\s*[^\d\s.,;:/-]\S*$")
 
 STANDARD_ORDER = "standard_order"
 """The column of a run sheet that says where in the design each run stands."""
+MOST_NUMBERED = 10  # times its rows that the design of a table may have runs
 
 
 @dataclass(frozen=True)
@@ -133,6 +134,8 @@ def _standard_order(raw: Raw, used: Sequence[int]) -> pd.Series | None:
     """The standard order of the runs used, if the table has that column and it numbers the runs, each once."""
     cells = raw.column(raw.header.index(STANDARD_ORDER)) if STANDARD_ORDER in raw.header else []
     if not cells or len(set(cells)) < len(cells) or not all(cell.isdecimal() and int(cell) > 0 for cell in cells):
+        return None
+    if max(map(int, cells)) > MOST_NUMBERED * len(cells):  # a date, or the number of a batch
         return None
     return pd.Series([int(cells[k]) for k in used], name=STANDARD_ORDER)
 

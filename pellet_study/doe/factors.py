@@ -151,11 +151,14 @@ def parse_levels(text: str) -> dict[str, float]:
         whole = "".join(f"{name}={level}{end}" for name, level, end in pairs) == text
         if not whole or any(re.match(r"\s*\d+,", name) for name, *_ in pairs):  # the rest of a decimal comma
             raise ValueError
-        return {name.strip(): number_given(level) for name, level, _ in pairs}
+        levels = {name.strip(): number_given(level) for name, level, _ in pairs}
     except ValueError:
         raise InputError(
             f"{text!r} was not understood: expected NAME=LEVEL,NAME=LEVEL, with decimal points, such as B=0.887,C=0.319"
         ) from None
+    if len(levels) < len(pairs):
+        raise InputError(f"{text!r} gives a level twice: expected each name once")
+    return levels
 
 
 def parse_range(text: str) -> tuple[str, tuple[float, float]]:

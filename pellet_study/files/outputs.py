@@ -26,7 +26,7 @@ FIGURES = {
     for name in ("readings", "predictions", "residuals", "ranking", "constants", "next_measurement", "ladder")
 }
 COMPARED: dict[str, Known] = {"compare.txt": PAGE, "compare.json": writing.is_answer}
-HISTORY: dict[str, Known] = {"history.json": writing.is_answer}
+HISTORY: dict[str, Known] = {"history.json": writing.is_answer, "history_before.json": writing.is_answer}
 WRITTEN: dict[str, dict[str, Known]] = {
     "bench": {
         "summary.txt": SUMMARY,

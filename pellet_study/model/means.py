@@ -16,7 +16,7 @@ from pellet_study.errors import SimulationError
 from pellet_study.files import opening, writing
 from pellet_study.model.sites import Point
 from pellet_study.rigs.on_yade import case
-from pellet_study.simulation import dispatch, yade
+from pellet_study.simulation import dispatch, settings, yade
 from pellet_study.simulation.local import TOOK_LONGER
 from pellet_study.simulation.store import Store
 from pellet_study.study.study import RESTITUTION_AT, SCALINGS, Study
@@ -103,7 +103,7 @@ class Means:
         self.simulated += len(cases)
         began = time.perf_counter()
         table = dispatch.run(cases, self.store, rigs=self.rigs, workers=self.workers, quiet=self.quiet)
-        spent = (time.perf_counter() - began) * (self.workers or dispatch.cores())
+        spent = (time.perf_counter() - began) * (self.workers or settings.workers() or dispatch.cores())
         self.spent_s += spent
         for rig, number in Counter(one["rig"] for one in cases).items():  # of several at once, each by its number
             known = self._each.setdefault(rig, [0.0, 0.0])

@@ -280,17 +280,26 @@ class _Work:
         """A chunk came back, or its worker is gone."""
         status = future.status
         if status == "finished":
-            self._keep(future.result(timeout=FETCH_LIMIT_S))
+            try:
+                tables = future.result(timeout=FETCH_LIMIT_S)
+            except TimeoutError:
+                self._lose(cases, "its rows cannot be fetched")
+                raise
+            self._keep(tables)
             self._fail(cases, "the worker returned no row")
         elif status == "error":
             self._fail(cases, _words(future.exception()))
         else:
             future.cancel()
-            for case in cases:
-                self.lost[case["id"]] = self.lost.get(case["id"], 0) + 1
-            self._fail([case for case in cases if self.lost[case["id"]] >= ATTEMPTS], "its workers ended")
+            self._lose(cases, "its workers ended")
             self.waiting.extendleft(case for case in cases if self.lost[case["id"]] < ATTEMPTS)
         self.bar.update(sum(case["id"] not in self.left for case in cases))
+
+    def _lose(self, cases: list[dict], reason: str) -> None:
+        """Count an attempt that came to nothing; the last one is a failure."""
+        for case in cases:
+            self.lost[case["id"]] = self.lost.get(case["id"], 0) + 1
+        self._fail([case for case in cases if self.lost[case["id"]] >= ATTEMPTS], reason)
 
     def _fail(self, cases: list[dict], reason: str) -> None:
         self.failed.update({case["id"]: reason for case in cases if case["id"] in self.left})

@@ -11,14 +11,14 @@ HISTORY, BEFORE = "history.json", "history_before.json"
 ROW = ("rig", "observable", "conditions", "value", "split")
 
 
-def read_history(folder: Path) -> list[dict]:
-    """Steps recorded in a study folder, the oldest first.
+def read_history(folder: Path, name: str = HISTORY) -> list[dict]:
+    """Steps recorded in a study folder, the oldest first; `name` is of the file.
 
     Raises
     ------
     InputError : the file is not what was written
     """
-    file = folder / HISTORY
+    file = folder / name
     if not file.exists():
         return []
     try:
@@ -47,7 +47,7 @@ def record(folder: Path, steps: list[dict]) -> str:
     known, said = read_history(folder), ""
     added = steps[0].get("measured")  # rows that `refine` took in as the next measurement: the history goes on
     if known and not added and not same_basis(known[-1], steps[0]):
-        writing.json(folder / BEFORE, {"steps": known})
+        writing.json(folder / BEFORE, {"steps": [*read_history(folder, BEFORE), *known]})
         known = []
         said = (
             f"the rows of measurements.csv, or a rig, have changed since the last step of the history: a new one begins; the old "

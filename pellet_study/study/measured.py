@@ -6,6 +6,7 @@ had no column for gets one, in which the rows that are there already have the de
 
 import csv
 import io
+import logging
 import tempfile
 from collections.abc import Sequence
 from pathlib import Path
@@ -20,6 +21,7 @@ from pellet_study.study.user_code import catalogue_of
 from pellet_study.tables import rows
 from pellet_study.tables.rows import Form
 
+log = logging.getLogger(__name__)
 BOM = b"\xef\xbb\xbf"
 
 
@@ -44,6 +46,12 @@ def measured(folder: Path, file: Path, library: Path | None = None) -> tuple[Mea
     header, lines = together(old, _with_decimal(more, added_form, form), everything)
     count = len(more) - 1
     if len(header) == width and old[1:][-count:] == lines[-count:]:
+        log.warning(
+            "the last rows of %s are those of %s already: nothing is added. Where they are further readings that came out the "
+            "same, add them by hand",
+            there,
+            file,
+        )
         return new
     content = _written(there, form, [header, *lines], count, fresh=len(header) > width)
     _check(there, file, content, everything)

@@ -95,3 +95,45 @@ def test_the_report_says_it_too(tmp_path):
     assert command("refine", path)[0] == 0 and command("report", path)[0] == 0
     page = (path / "report.html").read_text()
     assert "A drift of slip_angle_deg (layer_on_incline) with time explains it as well" in page
+
+
+STRESSES_PA = (500.0, 1000.0, 2000.0, 4000.0) * 2
+DRIFTING = (1, 5, 3, 8, 2, 7, 4, 6)
+PER_TURN_PA = 40.0
+
+
+def sheared(path, lines=()):
+    """Shear stresses 0.5 s + 40 Pa a turn, sd 5 Pa, and lines of another rig."""
+    header = "rig,observable,value,normal_stress_pa,layer_height_mm,sd,order"
+    cells = [
+        f"shear_cell,shear_stress_pa,{0.5 * s + PER_TURN_PA * k},{s},,5,{k}"
+        for s, k in zip(STRESSES_PA, DRIFTING, strict=True)
+    ]
+    return folder(path, [header, *cells, *lines])
+
+
+def test_a_drift_is_seen_beside_a_rig_without_sd(tmp_path):
+    """Whose scatter nothing tells; that of the rig that drifts is stated."""
+    unknown = [f"layer_on_incline,slip_angle_deg,{slip_angle_deg(h, 0.5, 0):.3f},,{h:g},," for h in HEIGHTS_MM]
+    for lines in ([], unknown):
+        status, answer = command(
+            "compare", sheared(tmp_path / f"{len(lines)}", lines), json_file=tmp_path / "answer.json"
+        )
+        assert status == 0
+        [drift] = answer["time_drift"]
+        assert drift["p"] < 0.01
+
+
+def test_replicates_of_one_rig_say_nothing_of_the_sd_of_another(tmp_path):
+    """Six hundred right replicates on the incline, and stresses as they should be."""
+    rng = np.random.default_rng(8)
+    header = "rig,observable,value,normal_stress_pa,layer_height_mm,sd"
+    cells = [f"shear_cell,shear_stress_pa,{0.5 * s + 5 * rng.standard_normal():.2f},{s},,5" for s in STRESSES_PA]
+    incline = [
+        f"layer_on_incline,slip_angle_deg,{slip_angle_deg(h, 0.5, 0) + 0.5 * rng.standard_normal():.3f},,{h:g},0.5"
+        for h in (8, 20, 50)
+        for _ in range(200)
+    ]
+    made = folder(tmp_path / "s", [header, *cells, *incline])
+    status, answer = command("compare", made, json_file=tmp_path / "answer.json")
+    assert status == 0 and not any("shear_cell" in said for said in answer["warnings"])

@@ -77,3 +77,11 @@ def test_an_order_that_numbers_another_design_says_nothing(tmp_path, capsys):
     command, frame = sheet(tmp_path, "surface")
     frame["standard_order"] = frame["run"]
     assert "by their standard_order" not in warnings_of(tmp_path, capsys, command, frame)
+
+
+def test_a_column_of_dates_numbers_no_design(tmp_path, capsys):
+    """A design with as many runs as a date has seconds would not fit into memory."""
+    command, frame = sheet(tmp_path, "screening")
+    frame["standard_order"] = [20260101000000 + k for k in range(len(frame))]
+    said = warnings_of(tmp_path, capsys, command, frame)
+    assert said.count("warning:") == 1 and "left out: run, standard_order" in said
