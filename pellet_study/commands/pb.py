@@ -80,8 +80,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
 def run(arguments: argparse.Namespace) -> dict:
     """Analyse, climb or design; prints the readable answer and returns the JSON one."""
     check_arguments(arguments)
-    if arguments.climb is None and (arguments.climb_step or arguments.climb_factors):
-        raise InputError("--climb-step and --climb-factors shape a path: give --climb gradient or --climb equal too")
+    _check_path(arguments)
     if arguments.design:
         return _design(arguments)
     if len(arguments.response) > 1 and (arguments.climb or arguments.climb_runs):
@@ -119,6 +118,23 @@ def run(arguments: argparse.Namespace) -> dict:
         answer["figures"] = [path for name, one in each.items() for path in _figures(told[name], one, prefixes[name])]
     done(kept(arguments), _after_the_path(first) or _next([one.screening for one in each.values()]))
     return answer
+
+
+def _check_path(arguments: argparse.Namespace) -> None:
+    """Refuse what says how a path goes, or what is wanted on it, where there is none."""
+    if arguments.climb is None and (arguments.climb_step or arguments.climb_factors or arguments.climb_limits):
+        raise InputError(
+            "--climb-step, --climb-factors and --climb-limits shape a path: give --climb gradient or --climb equal too"
+        )
+    if arguments.climb is None and arguments.climb_runs is None:
+        wanted = [
+            option for option in ("target", "descend", "lowest") if getattr(arguments, option) not in (None, False)
+        ]
+        if wanted:
+            raise InputError(
+                f"--{wanted[0]} says what is wanted on a path: give --climb gradient, or the runs made on it with --climb-runs; "
+                "the target of a surface is met by bbd"
+            )
 
 
 @dataclass

@@ -169,3 +169,15 @@ def test_the_hints_lead_from_the_target_to_the_validation(runs_csv, capsys):
         assert placeholder in told
         assert main(told.replace(placeholder, value).split()) == 0
     assert "equivalence" in capsys.readouterr().out
+
+
+@pytest.mark.parametrize("words", [["--target", "5"], ["--descend"], ["--lowest"], ["--climb-limits", "A=0,3"]])
+def test_what_is_wanted_on_a_path_is_not_ignored_where_there_is_none(tmp_path, capsys, words):
+    path = tmp_path / "screening.csv"
+    assert main(["pb", "--design", "A=1,2", "B=3,4", "--seed", "1", "--output", str(path)]) == 0
+    frame = pd.read_csv(path)
+    frame["response"] = 3 * frame.A + 0.1 * np.arange(12) % 0.3
+    frame.to_csv(path, index=False)
+    assert main(["pb", str(path), *words]) == 2
+    assert "give --climb gradient" in capsys.readouterr().err
+    assert main(["pb", str(path), *words, "--climb", "gradient", "--climb-factors", "A"]) == 0
