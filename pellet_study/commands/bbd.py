@@ -263,7 +263,7 @@ def _validate(arguments, one, joint, answer: dict, parts: list[str], warnings: l
     only = not (arguments.response and arguments.ignore)  # else a margin without a name may be an ignored response's
     response = one.response.name
     path = margin_file(arguments)
-    from pellet_study.doe import answers, validation, validation_text
+    from pellet_study.doe import answers, margins, validation, validation_text
 
     if arguments.declare_margin is not None:
         if arguments.verify:
@@ -271,7 +271,7 @@ def _validate(arguments, one, joint, answer: dict, parts: list[str], warnings: l
                 "--declare-margin and --verify came together: a margin is declared before the runs are made"
             )
         with writing(path):
-            validation.declare_margin(path, arguments.declare_margin, arguments.unit, response, only)
+            margins.declare_margin(path, arguments.declare_margin, arguments.unit, response, only)
         parts.append(
             f"margin {arguments.declare_margin:g} of {response} declared in {path}; make the runs, then --verify them"
         )
@@ -288,7 +288,7 @@ def _validate(arguments, one, joint, answer: dict, parts: list[str], warnings: l
         parts.append(validation_text.within_limits_text(tested))
         answer["validation"] = answers.plain({**vars(tested), "shown": tested.shown})
     else:
-        found = _equivalence(arguments, readings, validation.read_margin(path, response, only))
+        found = _equivalence(arguments, readings, margins.read_margin(path, response, only))
         parts.append(validation_text.equivalence_text(found))
         answer["validation"] = answers.equivalence_answer(found)
     predicted = one.response.interval([[float(f.coded(where[f.name])) for f in one.response.factors]])

@@ -280,7 +280,7 @@ def _turning(arguments, screening, warnings: list[str], ignore: list[list[str]])
     """The runs made on the path and where they turned, if any were given."""
     if arguments.climb_runs is None:
         return None, None
-    from pellet_study.doe import steepest_climb
+    from pellet_study.doe import path_turning
     from pellet_study.doe.path_table import read_path
 
     runs, notes = read_path(arguments.climb_runs, screening.table, ignore[0], arguments.lowest)
@@ -288,8 +288,8 @@ def _turning(arguments, screening, warnings: list[str], ignore: list[list[str]])
     units = {factor.name: factor.unit for factor in screening.table.factors}
     ascend = not (arguments.descend or arguments.lowest)
     # a column of errors scatters otherwise than the response of the screening
-    scatter = None if arguments.lowest else steepest_climb.scatter_of(screening)
-    return runs, steepest_climb.turning(runs, arguments.target, ascend, units, scatter)
+    scatter = None if arguments.lowest else path_turning.scatter_of(screening)
+    return runs, path_turning.turning(runs, arguments.target, ascend, units, scatter)
 
 
 def _figures(own, one: Screened, prefix: str) -> list[str]:

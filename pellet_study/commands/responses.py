@@ -167,7 +167,7 @@ def one_number(option: str, text: str | None) -> float | None:
         return None
     value = number_or_none(text)
     if value is None:
-        raise InputError(f"--{option} {text}: expected a number")
+        raise InputError(f"--{option} {text}: expected a number with a decimal point, such as 41.7")
     return value
 
 

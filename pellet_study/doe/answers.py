@@ -9,10 +9,11 @@ from pellet_study.doe.blocks import offsets
 from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.linear_model import Interval
 from pellet_study.doe.optimum import TargetSet
+from pellet_study.doe.path_turning import Turning
 from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.plackett_burman import vif as screening_vif
 from pellet_study.doe.published_designs import design_of
-from pellet_study.doe.steepest_climb import Climb, Turning
+from pellet_study.doe.steepest_climb import Climb
 from pellet_study.doe.validation import Equivalence
 
 

@@ -3,7 +3,8 @@
 from collections.abc import Sequence
 
 from pellet_study.doe.factors import Factor
-from pellet_study.doe.steepest_climb import Climb, Turning
+from pellet_study.doe.path_turning import Turning
+from pellet_study.doe.steepest_climb import Climb
 from pellet_study.doe.text import (
     grid,
     number,

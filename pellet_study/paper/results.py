@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
-from pellet_study.doe import figures, optimum, steepest_climb
+from pellet_study.doe import figures, optimum, path_turning, steepest_climb
 from pellet_study.files import writing
 from pellet_study.output.style import new_axes, styled
 from pellet_study.paper import designs
@@ -89,11 +89,11 @@ def equations() -> pd.DataFrame:
     return pd.DataFrame(rows)
 
 
-def climb() -> tuple[steepest_climb.Climb, steepest_climb.Turning]:
+def climb() -> tuple[steepest_climb.Climb, path_turning.Turning]:
     """The paper's path (Table 10), made from Table 7's fit, and where its printed errors turn."""
     model, factors = steepest_climb.first_order_model(designs.screening(), ["B", "C", "G"])
     path = steepest_climb.path(model, factors, points=6, equal_steps=True, start="worst")
-    return path, steepest_climb.turning(table(10).drop(columns="No."), ascend=False, units=designs.UNITS)
+    return path, path_turning.turning(table(10).drop(columns="No."), ascend=False, units=designs.UNITS)
 
 
 def target() -> optimum.TargetSet:

@@ -7,7 +7,7 @@ from typing import Any
 
 import pandas as pd
 
-from pellet_study.doe import validation
+from pellet_study.doe import margins
 from pellet_study.doe.answers import plain
 from pellet_study.errors import InputError
 from pellet_study.files import opening, writing
@@ -116,7 +116,7 @@ class Results:
                     )
             if self.decisions_from is not None and decision_file(self.decisions_from, stage).exists():
                 self.checked(self.decisions_from, stage)
-        if self.margin.exists() and (declared := validation.read_margin(self.margin)) != self.plan.margin:
+        if self.margin.exists() and (declared := margins.read_margin(self.margin)) != self.plan.margin:
             raise InputError(
                 f"{self.margin}: declares the margin {declared:g} deg, not {self.plan.margin:g}: a margin is not changed after it "
                 "was declared; give --results another folder"

@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 from scipy.special import stdtrit
 
-from pellet_study.doe import validation
+from pellet_study.doe import margins, validation
 from pellet_study.powder.decisions import Attempt, Optimum, Validation
 from pellet_study.powder.heaps import SEEDS_A_TRY, SEEDS_OF_READ, Heaps, lost_of, point_at
 from pellet_study.powder.plan import OBSERVABLE, bond
@@ -29,7 +29,7 @@ def validate(heaps: Heaps, results: Results) -> Validation:
     point, nothing_nearer = chosen(results), False
     tables: list[pd.DataFrame] = []
     attempts: list[Attempt] = []
-    validation.declare_margin(results.margin, heaps.plan.margin, "deg")
+    margins.declare_margin(results.margin, heaps.plan.margin, "deg")
     first = SEEDS_OF_READ if results.read_setting else 0
     while True:
         runs = enough_heaps(heaps, point, first + SEEDS_A_TRY * len(attempts))

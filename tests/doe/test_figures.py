@@ -9,7 +9,15 @@ import pytest
 from scipy.stats import norm
 from statsmodels.stats.outliers_influence import OLSInfluence
 
-from pellet_study.doe import box_behnken, figures, plackett_burman, reduction, screening_designs, steepest_climb
+from pellet_study.doe import (
+    box_behnken,
+    figures,
+    path_turning,
+    plackett_burman,
+    reduction,
+    screening_designs,
+    steepest_climb,
+)
 from pellet_study.doe.design_table import code_design, read_design
 from pellet_study.doe.importance import importance, important_pairs
 from pellet_study.doe.optimum import target_set
@@ -163,7 +171,7 @@ def path_of(tmp_path):
 def test_the_path_shows_its_runs_where_they_lie(tmp_path):
     table, climb = path_of(tmp_path)
     runs, _ = read_path(tmp_path / "path.csv", table)
-    turning = steepest_climb.turning(runs)
+    turning = path_turning.turning(runs)
     for figure in (
         figures.climb_path(climb, "deg", 26.0, table.names, runs, turning),
         figures.path_runs(runs, turning, table.factors, "deg", 26.0, table.names),

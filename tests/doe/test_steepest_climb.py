@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study.doe import plackett_burman, steepest_climb
+from pellet_study.doe import path_turning, plackett_burman, steepest_climb
 from pellet_study.doe.design_table import code_design
 from pellet_study.doe.path_text import turning_text
 from pellet_study.errors import InputError
@@ -73,7 +73,7 @@ def test_turning_point_as_published_in_any_row_order():
     runs["yield"] = [40.44, *YIELDS_ON_THE_PATH]
     mixed = pd.concat([runs.iloc[:1], runs.iloc[1:].sample(frac=1, random_state=1)])
     for frame in (runs, mixed):
-        turning = steepest_climb.turning(frame)
+        turning = path_turning.turning(frame)
         assert turning.turned
         assert turning.centre == {"time": 85, "temperature": 175}
         assert [(f.low, f.high) for f in turning.next_factors] == [(80, 90), (173, 177)]
@@ -81,17 +81,17 @@ def test_turning_point_as_published_in_any_row_order():
 
 def test_a_path_that_still_rises_or_never_rose_is_told():
     rising = pd.DataFrame({"a": [1.0, 2, 3], "b": [1.0, 2, 3], "y": [1.0, 2, 3]})
-    assert not steepest_climb.turning(rising).turned
+    assert not path_turning.turning(rising).turned
     falling = rising.assign(y=[3.0, 2, 1])
-    assert steepest_climb.turning(falling).at_start
-    assert steepest_climb.turning(falling, target=2.1).best == 1
-    assert steepest_climb.turning(falling, ascend=False).best == 2
+    assert path_turning.turning(falling).at_start
+    assert path_turning.turning(falling, target=2.1).best == 1
+    assert path_turning.turning(falling, ascend=False).best == 2
 
 
 def test_runs_off_the_line_and_impossible_paths_are_refused(model):
     off = pd.DataFrame({"a": [1.0, 2, 3], "b": [1.0, 5, 3], "y": [1.0, 2, 3]})
     with pytest.raises(InputError, match="one line"):
-        steepest_climb.turning(off)
+        path_turning.turning(off)
     with pytest.raises(InputError, match="outside its limits"):
         steepest_climb.path(*model, start={"time": 99, "temperature": 155})
     with pytest.raises(InputError, match="factor that moves"):
@@ -101,8 +101,8 @@ def test_runs_off_the_line_and_impossible_paths_are_refused(model):
 def test_a_path_has_turned_only_beyond_the_scatter_of_its_runs():
     """Runs 10, 12, 11.9: with a standard deviation of 1 and 3 degrees of freedom a fall of 2.353 * sqrt(2) is needed (t table)."""
     runs = pd.DataFrame({"a": [0.0, 1, 2], "y": [10.0, 12, 11.9]})
-    found = steepest_climb.turning(runs, scatter=(1.0, 3))
+    found = path_turning.turning(runs, scatter=(1.0, 3))
     assert not found.turned and found.within_scatter
     assert found.fall == pytest.approx(0.1) and found.needed == pytest.approx(2.353 * 2**0.5, rel=1e-3)
     assert "one run further" in turning_text(found)
-    assert steepest_climb.turning(runs, scatter=(0.01, 3)).turned and steepest_climb.turning(runs).turned
+    assert path_turning.turning(runs, scatter=(0.01, 3)).turned and path_turning.turning(runs).turned

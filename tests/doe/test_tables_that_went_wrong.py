@@ -22,6 +22,7 @@ from pellet_study.doe import (
     figures,
     labels,
     linear_model,
+    path_turning,
     plackett_burman,
     screening_designs,
     steepest_climb,
@@ -110,7 +111,7 @@ def test_replicates_on_the_path_are_averaged(tmp_path, capsys):
 
 def test_replicates_count_by_their_mean():
     runs = pd.DataFrame({"a": [1, 2, 2, 3, 4.0], "y": [1, 9, 1, 6, 2.0]})
-    assert steepest_climb.turning(runs).centre == {"a": 3}
+    assert path_turning.turning(runs).centre == {"a": 3}
 
 
 def test_box_cox_at_the_edge_of_its_search(tmp_path, capsys):

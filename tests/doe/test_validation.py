@@ -6,7 +6,7 @@ import pytest
 from scipy import stats
 
 from pellet_study.__main__ import main
-from pellet_study.doe import box_behnken, validation
+from pellet_study.doe import box_behnken, margins, validation
 from pellet_study.doe.validation import Sample, equivalence, sample_of
 from pellet_study.doe.validation_text import equivalence_text
 from pellet_study.errors import InputError
@@ -178,39 +178,39 @@ def test_one_run_is_no_validation():
 def test_the_margin_is_declared_once_before_the_runs(tmp_path):
     path = tmp_path / "margin.json"
     with pytest.raises(InputError, match="no margin was declared"):
-        validation.read_margin(path)
-    validation.declare_margin(path, 0.8, "deg")
-    validation.declare_margin(path, 0.8, "deg")
-    assert validation.read_margin(path) == 0.8
+        margins.read_margin(path)
+    margins.declare_margin(path, 0.8, "deg")
+    margins.declare_margin(path, 0.8, "deg")
+    assert margins.read_margin(path) == 0.8
     with pytest.raises(InputError, match="not changed"):
-        validation.declare_margin(path, 1.2, "deg")
+        margins.declare_margin(path, 1.2, "deg")
     path.write_text('{"margin": "wide"}')
     with pytest.raises(InputError, match="expected"):
-        validation.read_margin(path)
+        margins.read_margin(path)
 
 
 def test_each_response_has_a_margin_of_its_own(tmp_path):
     path = tmp_path / "margin.json"
-    validation.declare_margin(path, 3, "cSt", "Viscosity", only=False)
+    margins.declare_margin(path, 3, "cSt", "Viscosity", only=False)
     with pytest.raises(InputError, match="no margin of Yield, but of Viscosity"):
-        validation.read_margin(path, "Yield", only=False)
-    validation.declare_margin(path, 0.5, "%", "Yield", only=False)
-    assert [validation.read_margin(path, name) for name in ("Viscosity", "Yield")] == [3, 0.5]
+        margins.read_margin(path, "Yield", only=False)
+    margins.declare_margin(path, 0.5, "%", "Yield", only=False)
+    assert [margins.read_margin(path, name) for name in ("Viscosity", "Yield")] == [3, 0.5]
     with pytest.raises(InputError, match="3 of Viscosity already, not 4"):
-        validation.declare_margin(path, 4, "cSt", "Viscosity")
+        margins.declare_margin(path, 4, "cSt", "Viscosity")
 
 
 def test_a_margin_without_a_name_belongs_to_the_only_response(tmp_path):
     path = tmp_path / "margin.json"
     path.write_text('{"margin": 3.0, "unit": ""}')
-    assert validation.read_margin(path, "Yield", only=True) == 3
+    assert margins.read_margin(path, "Yield", only=True) == 3
     with pytest.raises(InputError, match="without saying of which") as told:
-        validation.read_margin(path, "Yield", only=False)
+        margins.read_margin(path, "Yield", only=False)
     path.write_text(str(told.value).split(" write ")[1].split(" into the file")[0])  # the advice works when followed
-    assert validation.read_margin(path, "Yield", only=False) == 3
+    assert margins.read_margin(path, "Yield", only=False) == 3
     path.write_text('{"margin": 3.0, "unit": ""}')
-    validation.declare_margin(path, 0.5, "%", "Yield", only=False)
-    assert validation.read_margin(path, "Yield", only=False) == 0.5 and validation.read_margin(path) == 3
+    margins.declare_margin(path, 0.5, "%", "Yield", only=False)
+    assert margins.read_margin(path, "Yield", only=False) == 0.5 and margins.read_margin(path) == 3
 
 
 def test_a_mean_within_limits_is_the_one_sided_t_test_of_scipy():

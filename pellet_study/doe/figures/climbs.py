@@ -5,7 +5,8 @@ import pandas as pd
 
 from pellet_study.doe.factors import Factor, with_unit
 from pellet_study.doe.labels import drawable, folded
-from pellet_study.doe.steepest_climb import Climb, Turning
+from pellet_study.doe.path_turning import Turning
+from pellet_study.doe.steepest_climb import Climb
 from pellet_study.output import style
 from pellet_study.output.style import letters_in, new_axes, styled
 
