@@ -26,6 +26,7 @@ FIT = {
     "warnings": "what the reader must know beside the answer",
     "assumed": "{condition or parameter: default} of what no file of the study gives",
     "curves": "lines of the figure `readings`: of the model, and of each explanation",
+    "basis": "hash of the rows and of the code of rigs of one's own: answers of another basis are not shown beside these",
     "noise_share": "{rig: variance of its simulations over that of its readings}",
     "lone_row": "the row without which a model that does not fit does",
     "replicates_over_sd": "{rig: {observable: how many times the stated sd its replicates scatter}}, where they contradict it",
