@@ -85,13 +85,17 @@ def held_out_too(diagnosis: dict) -> str:
     without = " without it" if diagnosis["verdict"] in (Verdict.MISSING, Verdict.TIED) else ""
     said = f"; the rows held out contradict the model{without} (p {probability(diagnosis['holdout_p'])}; the limit is "
     said += f"{diagnosis['holdout_limit_p']:g})"
-    groups: dict[str, list[str]] = {"contradict it with": [], "agree with it with": [], "cannot be held against": []}
+    groups: dict[str, list[str]] = {
+        "contradict it too with": [],
+        "agree with it with": [],
+        "cannot be held against it with": [],
+    }
     for rival in diagnosis.get("rivals") or []:
-        judged = "contradict it with" if rival["holdout_contradicts"] else "agree with it with"
-        words = judged if rival["holdout_p"] is not None else "cannot be held against"
+        judged = "contradict it too with" if rival["holdout_contradicts"] else "agree with it with"
+        words = judged if rival["holdout_p"] is not None else "cannot be held against it with"
         groups[words].append(" + ".join(rival["effects"]))
     for words, names in groups.items():
-        said += f", {words} {' and with '.join(names)}" if names else ""
+        said += f"; they {words} {' and with '.join(names)}" if names else ""
     return said
 
 

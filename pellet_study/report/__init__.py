@@ -1,6 +1,6 @@
 """One self-contained HTML page about a study, made of the files in its folder: `write(folder)`.
 
-parts, beside < particles, criticism, bench, powder < measured < page
+parts, beside < particles, criticism, missing, bench, powder < measured < page
 """
 
 from pathlib import Path

@@ -18,7 +18,7 @@ from pellet_study.files import opening, writing
 from pellet_study.output import style
 from pellet_study.output.words import number, plain
 from pellet_study.powder import decisions
-from pellet_study.report import criticism
+from pellet_study.report import criticism, missing
 from pellet_study.report.bench import bench_stages
 from pellet_study.report.beside import powder_beside, study_beside
 from pellet_study.report.measured import counts, measured
@@ -152,10 +152,10 @@ def _content(
         "of": "",
         "also_measured": None,
         "fails": criticism.fails(study, shown, diagnoses) if shown else None,
-        "missing": [criticism.missing(study, diagnosis) for diagnosis in diagnoses],
+        "missing": [missing.missing(study, diagnosis) for diagnosis in diagnoses],
         "ladder": criticism.ladder(study, steps, diagnoses) if steps else None,
-        "errors": criticism.errors(diagnoses[-1]) if diagnoses else None,
-        "next": criticism.next_measurement(study, diagnoses),
+        "errors": missing.errors(diagnoses[-1]) if diagnoses else None,
+        "next": missing.next_measurement(study, diagnoses),
         "nothing_next": "No further measurement is proposed: nothing has to be told apart.",
         "stages": stages,
         "repeat": _repeat(study, folder, {stage.kind for stage in stages}),
@@ -245,7 +245,7 @@ def _short(compared: Answer | None, diagnoses: list[Answer], steps: list[Answer]
     if len(steps) > 1 and compared:
         found.append(f"With it {criticism.fit_sentence(compared, held_out=not diagnoses)}")
     if diagnoses:
-        found.append(criticism.verdict(diagnoses[-1]))
+        found.append(missing.verdict(diagnoses[-1]))
     return found
 
 

@@ -322,7 +322,7 @@ def test_tied_pairs_and_what_the_rows_held_out_say_of_them():
     assert words.startswith(
         "a + b or a + c explain it alike; these data cannot tell them apart; the rows held out contradict"
     )
-    assert "contradict it with a + b" in words and "agree with it with a + c" in words
+    assert "they contradict it too with a + b" in words and "they agree with it with a + c" in words
     assert verdict_facts.fit_too(told) == "set split to fit in some of the rows held out"
     assert verdict_facts.standing(told, told["ranking"][0]) == verdict_facts.PAIRED
     agreeing = pair_told(rivals=[{**r, "holdout_contradicts": False} for r in told["rivals"]])
