@@ -58,9 +58,10 @@ class Turning:
 
 
 def scatter_of(screening: Screening) -> tuple[float, int] | None:
-    """Standard deviation of a run and its degrees of freedom: of the replicates, else of the residual."""
+    """Standard deviation of a run and its degrees of freedom: of the residual, of the replicates where the fit lacks something."""
     rows = {row["source"]: row for row in screening.anova}
-    for row in (rows.get("pure error"), rows["residual"]):
+    lacks = screening.lack_of_fit_p is not None and screening.lack_of_fit_p < screening.alpha
+    for row in (rows.get("pure error") if lacks else None, rows["residual"]):
         if row and row["df"] and row["sum_of_squares"]:
             return float(np.sqrt(row["sum_of_squares"] / row["df"])), int(row["df"])
     return None

@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study.doe import path_turning, plackett_burman, steepest_climb
+from pellet_study.doe import path_turning, plackett_burman, screening_designs, steepest_climb
 from pellet_study.doe.design_table import code_design
 from pellet_study.doe.path_text import turning_text
 from pellet_study.errors import InputError
@@ -106,3 +106,19 @@ def test_a_path_has_turned_only_beyond_the_scatter_of_its_runs():
     assert found.fall == pytest.approx(0.1) and found.needed == pytest.approx(2.353 * 2**0.5, rel=1e-3)
     assert "one run further" in turning_text(found)
     assert path_turning.turning(runs, scatter=(0.01, 3)).turned and path_turning.turning(runs).turned
+
+
+@pytest.mark.parametrize("interaction, df", [(0.0, 8), (5.0, 2)])
+def test_few_replicates_do_not_hide_that_a_path_turned(interaction, df):
+    """Two pairs of replicates have t = 2.9, the residual of main effects that lack nothing 1.9; where they lack, the pairs count."""
+    coded = np.vstack([screening_designs.coded_matrix(4), screening_designs.coded_matrix(4)[:1]])
+    frame = pd.DataFrame(coded, columns=list("ABCD"))
+    y = 40 + coded @ [0, 2, 3, 1] + interaction * coded[:, 0] * coded[:, 1]
+    frame["y"] = y + 0.5 * np.random.default_rng(3).normal(size=len(y))
+    frame.loc[12, "y"] = frame.loc[0, "y"] + 0.8
+    screening = plackett_burman.analyse(code_design(frame))
+    pairs = frame.groupby(list("ABCD")).y.var().dropna()
+    plane = np.column_stack([np.ones(len(y)), coded])
+    residual = np.linalg.lstsq(plane, frame.y, rcond=None)[1][0]
+    expected = np.sqrt(pairs.mean() if interaction else residual / 8)
+    assert path_turning.scatter_of(screening) == (pytest.approx(expected), df)
