@@ -198,7 +198,7 @@ class BesidePrediction:
 
     @property
     def p(self) -> float:
-        """Probability of so few or fewer where the fit holds (binomial)."""
+        """Probability of so few or fewer where the fit holds (binomial); about so, as all runs share the error of the fit."""
         from scipy.special import bdtr
 
         return float(bdtr(self.inside, self.n, self.level))

@@ -69,8 +69,12 @@ class Jobs:
                 f"--scheduler slurm:{self.number}: cores, memory and walltime of a job, and an interface of this machine, are "
                 f"expected in {SETTINGS} under jobqueue: slurm: ({' '.join(str(error).split())})"
             ) from None
-        self.address = self.cluster.scheduler_address
-        self.cluster.scale(jobs=self.number)
+        try:
+            self.address = self.cluster.scheduler_address
+            self.cluster.scale(jobs=self.number)
+        except BaseException:
+            self.cluster.close()
+            raise
         return self
 
     def __exit__(self, *_: object) -> None:
