@@ -125,7 +125,9 @@ class Means:
         """Seconds of a processor that a simulation of a rig took, as stored, else as seen; 0 where nothing is known."""
         file = self.store / "timings.csv"
         if file.exists():
-            timed = pd.read_csv(file, names=["id", "seconds"], header=0, dtype={"id": str}, on_bad_lines="skip")
+            timed = pd.read_csv(
+                opening.stream(file), names=["id", "seconds"], header=0, dtype={"id": str}, on_bad_lines="skip"
+            )
             mine = timed[timed["id"].isin(set(Store(self.store).rows(self.rigs[rig]).index))]
             seconds = pd.to_numeric(mine["seconds"], errors="coerce").mean()
             if np.isfinite(seconds):

@@ -8,6 +8,7 @@ from functools import cached_property
 from pathlib import Path
 
 from pellet_study.errors import InputError
+from pellet_study.files import opening
 from pellet_study.rigs.catalogue import Catalogue
 from pellet_study.rigs.declared import Condition, Effect
 from pellet_study.study.measurements import Measurement
@@ -100,7 +101,7 @@ class Study:
         """A hash of the rows and of the code of the rigs of one's own: answers of another basis do not belong beside this study's."""
         own = [place.resolve() for place in (self.folder, self.library) if place is not None]
         files = [self.catalogue.rigs[rig].file for rig in self.rigs]
-        code = [f.read_text("utf-8") for f in files if f and any(f.resolve().is_relative_to(place) for place in own)]
+        code = [opening.text(f) for f in files if f and any(f.resolve().is_relative_to(place) for place in own)]
         rows = [{name: getattr(row, name) for name in OF_BASIS} for row in self.rows]
         text = repr((rows, [ast.dump(ast.parse(one)) for one in code]))
         return hashlib.sha256(text.encode()).hexdigest()[:16]

@@ -214,6 +214,7 @@ BY_ITSELF = {  # what is written into a folder of the program's own that nobody 
     "api/figures.py": "an example",
     "api/studies.py": "a temporary folder",
     "commands/design_tables.py": "printed",
+    "study/measured.py": "a temporary folder",
     "study/starting.py": "read from the package",
     "output/style.py": "into memory",
     "paper/printed.py": "read from the package",
