@@ -13,7 +13,7 @@ import pytest
 from tests.faults.driver import command, rows, simulating, start, wait_until
 from tests.helpers.make_study import incline
 
-CASES, MANY = 40, 300
+CASES, MANY = 40, 500
 BLOWS = 20
 
 
