@@ -271,6 +271,14 @@ def table_of(rows: list[Row], heaps: Heaps) -> pd.DataFrame:
     return pd.DataFrame(lines)
 
 
+def scatter(table: pd.DataFrame, surface_energy: float) -> float:
+    """Standard deviation of the angle over seeds, pooled over the lines of 1,503 grains at a surface energy, deg."""
+    full = ~table["what"].str.contains("grains|amplification") & (table["surface_energy_j_m2"] == surface_energy)
+    known = table[full & (table["heaps"] - table["lost"] > 1)]
+    freedom = known["heaps"] - known["lost"] - 1
+    return float(np.sqrt((freedom * known["sd_over_seeds_deg"] ** 2).sum() / freedom.sum()))
+
+
 def page(table: pd.DataFrame) -> list[str]:
     """The lines of a table as they stand in docs/heap_physics.md."""
     lines = []

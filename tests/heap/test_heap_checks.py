@@ -68,6 +68,11 @@ def test_the_page_has_the_lines_of_the_tables():
         if (CHECKS / f"{name}.csv").exists():
             for line in repose_checks.page(pd.read_csv(CHECKS / f"{name}.csv")):
                 assert line in page, line
+    table = pd.read_csv(CHECKS / "invariance.csv")
+    assert f"at G = 0.2, is {repose_checks.scatter(table, 0.2):.1f} deg" in " ".join(page.split())
+    overlaps = table[table["surface_energy_j_m2"] == 0.2].set_index("setting")["largest_overlap"]
+    softer, stiffer = (overlaps[f"stiffness_scale {scale}"] for scale in ("0.00033", "0.003"))
+    assert f"the stiffness ({stiffer:.2f}) and a third of it ({softer:.2f})" in " ".join(page.split())
 
 
 def test_the_difference_of_known_heaps_has_welchs_interval():
