@@ -6,18 +6,16 @@
 The second column of a version is whether the check is within its tolerance there.
 """
 
-import io
-import subprocess
 import sys
 import tempfile
 from pathlib import Path
 
+import other_yade
 import pandas as pd
 
 from pellet_study.simulation import dispatch, law_cases, law_checks, yade
 
-ROOT = Path(__file__).resolve().parents[1]
-FILE = ROOT / "results" / "checks" / "law_checks_versions.csv"
+FILE = other_yade.ROOT / "results" / "checks" / "law_checks_versions.csv"
 KEYS = ["check", "contact_law", "setting", "requested"]
 
 
@@ -30,19 +28,11 @@ def here() -> pd.DataFrame:
     return table[[*KEYS, "measured", "within"]].rename(columns={"measured": version, "within": f"within {version}"})
 
 
-def there() -> pd.DataFrame:
-    """The same on Debian 13."""
-    command = [ROOT / ".ci" / "debian13", "sh", "-c"]
-    words = "make install yade >&2 && .venv/bin/python benchmarks/law_checks_versions.py --here"
-    found = subprocess.run([*command, words], capture_output=True, text=True, check=True).stdout
-    return pd.read_csv(io.StringIO(found[found.index("check,") :]))
-
-
 if __name__ == "__main__":
     if "--here" in sys.argv:
         print(here().to_csv(index=False))
     else:
-        one, other = here(), there()
+        one, other = here(), other_yade.table(Path(__file__).name, KEYS[0])
         assert list(one["setting"]) == list(other["setting"])
         whole = pd.concat([one, other.drop(columns=KEYS)], axis=1)
         FILE.parent.mkdir(parents=True, exist_ok=True)

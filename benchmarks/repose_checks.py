@@ -1,6 +1,6 @@
 """What the simulated repose angle depends on besides the powder: tables with intervals in results/checks.
 
-    .venv/bin/python benchmarks/repose_checks.py [TABLE ...] [--heaps 24] [--energies 0.2 0] [--anew]
+    .venv/bin/python benchmarks/repose_checks.py [TABLE ...] [--heaps 24] [--energies 0.2 0] [--what rest] [--anew]
 
 | table | what it compares |
 |---|---|
@@ -20,15 +20,14 @@ not repeat, the file is of other scripts and refused (--anew: start from nothing
 
 import argparse
 import hashlib
-import io
 import json
-import subprocess
 import sys
 from collections.abc import Iterable
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
+import other_yade
 import pandas as pd
 from scipy import stats
 
@@ -305,6 +304,11 @@ def written(name: str, table: pd.DataFrame) -> None:
     table.to_csv(FOLDER / f"{name}.csv", index=False, lineterminator="\n")
 
 
+def wanted_row(row: Row, energies: list[float] | None, what: list[str] | None) -> bool:
+    """Whether a call asks for more heaps of a row."""
+    return (not energies or row.surface_energy in energies) and (not what or any(words in row.what for words in what))
+
+
 VERSIONS = [Row("default", energy, {}, None, 1.5) for energy in (0.0, 0.2)]
 
 
@@ -316,14 +320,6 @@ def versions(heaps: Heaps) -> pd.DataFrame:
         both = [heaps.frame(cases, version) for version in (OTHER_YADE, heaps.version)]
         lines.append(line(row, *both) | {"what": f"{OTHER_YADE} against {heaps.version}"})
     return pd.DataFrame(lines)
-
-
-def on_debian13(most: int) -> pd.DataFrame:
-    """The heaps of `versions` on Debian 13."""
-    command = [ROOT / ".ci" / "debian13", "sh", "-c"]
-    words = f"make install yade >&2 && .venv/bin/python benchmarks/repose_checks.py --here --heaps {most}"
-    found = subprocess.run([*command, words], stdout=subprocess.PIPE, text=True, check=True).stdout
-    return pd.read_csv(io.StringIO(found[found.index("yade,") :]), dtype={"yade": str}).set_index(["yade", "name"])
 
 
 def main() -> None:
@@ -338,6 +334,9 @@ def main() -> None:
         "--here", action="store_true", help="heaps of `versions` on this YADE alone, on standard output"
     )
     parser.add_argument("--energies", type=float, nargs="+", metavar="G", help="simulate at these alone, J/m2")
+    parser.add_argument(
+        "--what", nargs="+", metavar="WORDS", help="simulate the lines whose first column has them alone"
+    )
     given = parser.parse_args()
     if unknown := set(given.tables) - set(known):
         parser.error(f"no table {', '.join(sorted(unknown))}; expected any of {', '.join(known)}")
@@ -351,13 +350,14 @@ def main() -> None:
     heaps.check(VERSIONS[0])
     for name in wanted:
         rows = TABLES[name]() if name in TABLES else VERSIONS
-        now = [row for row in rows if not given.energies or row.surface_energy in given.energies]
+        now = [row for row in rows if wanted_row(row, given.energies, given.what)]
         sides = [(row, compared) for row in now for compared in ((False,) if row.base is None else (True, False))]
         heaps.make([row.case(k, side) for k in range(given.heaps) for row, side in sides if k < row.most])
         if name in TABLES:
             written(name, table_of(rows, heaps))
     if "versions" in wanted:
-        heaps.add(on_debian13(given.heaps))
+        there = other_yade.table(Path(__file__).name, "yade", "--heaps", str(given.heaps))
+        heaps.add(there.set_index(["yade", "name"]))
         written("versions", versions(heaps))
     for name in wanted:
         print(pd.read_csv(FOLDER / f"{name}.csv").to_string(index=False), flush=True)

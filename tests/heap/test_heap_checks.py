@@ -12,7 +12,6 @@ from tests import ROOT
 
 sys.path.insert(0, str(ROOT / "benchmarks"))
 
-import heap_cost  # noqa: E402
 import heap_liggghts  # noqa: E402
 import repose_checks  # noqa: E402
 
@@ -136,12 +135,12 @@ def test_the_twin_makes_a_heap(tmp_path):
     assert found["cpu_seconds"] > 0
 
 
-def test_funnels_of_the_cost_are_of_one_shape():
-    small, large = (heap_cost.scaled(grains) for grains in (500, 4000))
-    assert large["conditions"]["powder_mass_g"] == pytest.approx(8 * small["conditions"]["powder_mass_g"])
-    assert large["conditions"]["outlet_height_mm"] == pytest.approx(2 * small["conditions"]["outlet_height_mm"])
-    for name in ("outlet_diameter_mm", "funnel_diameter_mm"):
-        assert large["numerics"][name] == pytest.approx(2 * small["numerics"][name])
+def test_rigs_of_another_number_of_grains_are_of_one_shape():
+    small, large = (repose_checks.case(1, repose_checks.shaped(grains)) for grains in (500, 4000))
+    assert large["conditions"]["powder_mass_g"] == pytest.approx(8 * small["conditions"]["powder_mass_g"], rel=1e-4)
+    for name in repose_checks.LENGTHS:
+        group = "conditions" if name in small["conditions"] else "numerics"
+        assert large[group][name] == pytest.approx(2 * small[group][name], rel=1e-3)
 
 
 def test_the_figures_the_page_states_are_those_of_the_tables():
