@@ -86,6 +86,13 @@ def test_the_difference_of_known_heaps_has_welchs_interval():
     assert repose_checks.difference(41.5 + sure, 42 + sure, 1.0)["aim_is"] == "met"
 
 
+def test_heaps_of_one_seed_are_compared_pair_by_pair():
+    """Differences 1 and 3: mean 2, standard error 1 on one degree of freedom, however far the pairs are apart."""
+    found = repose_checks.difference(np.array([11.0, 53.0]), np.array([10.0, 50.0]), None, paired=True)
+    assert (found["change_deg"], found["standard_error_deg"]) == (2.0, 1.0)
+    assert found["high_deg"] == pytest.approx(2 + stdtrit(1, 0.975), abs=0.01)
+
+
 def test_the_twins_energy_density_has_the_pull_off_force():
     """The greatest of k 4 pi R* d - 4/3 E* R*^(1/2) d^(3/2) over the overlaps, found by looking."""
     pull_off, young, radius = 6.1e-4, 4.3e4, 6.5e-4
