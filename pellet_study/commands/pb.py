@@ -87,16 +87,17 @@ def run(arguments: argparse.Namespace) -> dict:
         raise InputError("a climb follows one response: name it alone with --response, and the others with --ignore")
     from pellet_study.doe.factors import parse_factors
     from pellet_study.doe.labels import degraded
-    from pellet_study.doe.path_table import ignored_in
+    from pellet_study.doe.path_table import named_in
 
     factors = parse_factors(arguments.factor)
     if any(len(factor.levels) > 2 for factor in factors):
         return _levels(arguments, factors)
     files = [arguments.table, *([arguments.climb_runs] if arguments.climb_runs else [])]
-    ignore, *ignore_runs = ignored_in(files, arguments.ignore) if arguments.ignore else [[]] * len(files)
-    tables, failed = read_tables(arguments, factors, 3, ignore)
+    ignore, *of_path = named_in(files, arguments.ignore, "ignore")
+    blocks, *blocks_of_path = named_in(files, arguments.block, "use as block")
+    tables, failed = read_tables(arguments, factors, 3, ignore, blocks)
     told = each_response(arguments, [*tables, *failed])
-    each, more_failed = each_able(tables, lambda name: _screened(told[name], tables[name], ignore_runs))
+    each, more_failed = each_able(tables, lambda name: _screened(told[name], tables[name], of_path + blocks_of_path))
     failed |= more_failed
     for k, (name, one) in enumerate(each.items()):
         say("\n".join(([""] if k else []) + heading(name, each) + [one.words]))
@@ -149,7 +150,7 @@ class Screened:
     turning: Any = None
 
 
-def _screened(own, table, ignore_runs) -> Screened:
+def _screened(own, table, of_path: list[list[str]]) -> Screened:
     """The analysis of one response, with its climb and the runs made on it."""
     from pellet_study.doe import answers, path_text, plackett_burman, screening_text
     from pellet_study.doe.cautions import climb_cautions
@@ -160,7 +161,7 @@ def _screened(own, table, ignore_runs) -> Screened:
     climb = _climb(own, screening)
     if climb:
         warnings += climb_cautions(climb, screening)
-    runs, turning = _turning(own, screening, warnings, ignore_runs)
+    runs, turning = _turning(own, screening, warnings, of_path)
     words = [screening_text.screening_text(screening)]
     if climb:
         moved = {factor.name for factor in climb.factors}
@@ -276,14 +277,15 @@ def _meant(name: str, names: list[str]) -> str:
     return found
 
 
-def _turning(arguments, screening, warnings: list[str], ignore: list[list[str]]):
-    """The runs made on the path and where they turned, if any were given."""
+def _turning(arguments, screening, warnings: list[str], of_path: list[list[str]]):
+    """The runs made on the path and where they turned, if any were given; `of_path`: its columns to ignore, its blocks."""
     if arguments.climb_runs is None:
         return None, None
     from pellet_study.doe import path_turning
     from pellet_study.doe.path_table import read_path
 
-    runs, notes = read_path(arguments.climb_runs, screening.table, ignore[0], arguments.lowest)
+    ignore, blocks = of_path
+    runs, notes = read_path(arguments.climb_runs, screening.table, ignore, arguments.lowest, blocks)
     warnings += notes
     units = {factor.name: factor.unit for factor in screening.table.factors}
     ascend = not (arguments.descend or arguments.lowest)

@@ -57,7 +57,9 @@ def not_analysed(failed: Mapping[str, str]) -> list[str]:
     return [_reasons({name: reason}) for name, reason in failed.items()]
 
 
-def read_tables(arguments: argparse.Namespace, factors, max_levels: int, ignore=None) -> tuple[dict, dict[str, str]]:
+def read_tables(
+    arguments: argparse.Namespace, factors, max_levels: int, ignore=None, blocks=None
+) -> tuple[dict, dict[str, str]]:
     """{response: DesignTable}: the table read once for each response asked for, the others' columns left out; {response: why not}.
 
     Raises
@@ -71,7 +73,8 @@ def read_tables(arguments: argparse.Namespace, factors, max_levels: int, ignore=
 
     def read(name: str):
         left = [*(arguments.ignore if ignore is None else ignore), *others[name]]
-        return read_design(arguments.table, factors, max_levels, left, arguments.block, name or None)
+        grouped = arguments.block if blocks is None else blocks
+        return read_design(arguments.table, factors, max_levels, left, grouped, name or None)
 
     found, failed = each_able(others, read)
     return {str(table.response.name): table for table in found.values()}, failed

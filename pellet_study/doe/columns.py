@@ -1,6 +1,5 @@
 """Which columns of a table are factors and response, which are blocks, and which are bookkeeping to be left out."""
 
-import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -10,13 +9,12 @@ import numpy as np
 import pandas as pd
 
 from pellet_study.doe.blocks import Block, checked
+from pellet_study.doe.bookkeeping import BLOCK_OF_PATH, NUMBER_OF_RUN, ORDER_OF_RUNS, left_out_note, role_of
 from pellet_study.doe.raw_table import SIGNS, Raw, check_header, read_raw
 from pellet_study.errors import InputError
-from pellet_study.tables.headers import found_in, role, says_run_order
+from pellet_study.output.words import nearest
+from pellet_study.tables.headers import found_in, says_run_order
 from pellet_study.tables.numbers import MISSING, SIZES, fits, is_number, number
-
-QUANTITY = re.compile(r"[-+\u2212]?\d+([.,]\d+)?\s*[^\d\s.,;:/-]\S*$")
-"""A number with its unit in the same cell."""
 
 STANDARD_ORDER = "standard_order"
 """The column of a run sheet that says where in the design each run stands."""
@@ -61,6 +59,7 @@ def read_columns(
     categories: Mapping[str, tuple[str, ...]] = MappingProxyType({}),
     unmeasured: bool = False,
     response: str | None = None,
+    fitted: bool = True,
 ) -> Columns:
     """The columns of a table as numbers, each in its role.
 
@@ -77,6 +76,8 @@ def read_columns(
         Keep runs without a response (NaN), as in the sheet of a design that is not run yet.
     response : str, optional
         The response's column, where it is not the last.
+    fitted : bool
+        False where nothing is fitted to the table, as to the runs of a path: blocks are left out then.
 
     Raises
     ------
@@ -93,9 +94,11 @@ def read_columns(
     given = {found_in(name, raw.header) for name in factors}
     kept, left_out, asked = [], [], []
     for i, name in enumerate(raw.header):
+        if name in known["use as block"] and not fitted:
+            left_out.append((name, BLOCK_OF_PATH))
         if name in known["ignore"] or name in known["use as block"]:
             continue
-        why, question = (None, None) if name in given else _role(raw, i)
+        why, question = (None, None) if name in given else role_of(raw, i, fitted)
         if question:
             asked.append(question)
         elif why:
@@ -106,17 +109,20 @@ def read_columns(
     unnamed = [i for i in kept if not raw.header[i]]
     if unnamed:
         raise InputError(f"column {unnamed[0] + 1} of {path} has no name: name each factor and the response")
+    said = left_out_note(left_out, fitted)
     if len(kept) < 2:
-        raise InputError(f"{path} keeps {len(kept)} columns: expected factor columns, then the response")
-    notes = [*raw.notes, *_left_out_note(left_out)]
+        raise InputError(
+            "; ".join([f"{path} keeps {len(kept)} columns: expected factor columns, then the response", *said])
+        )
+    notes = [*raw.notes, *said]
     words = {raw.header.index(_known(name, raw.header, "read words from", path)): codes_of(levels)
              for name, levels in categories.items()}  # fmt: skip
     frame, lines, used, failed = _numbers(raw, kept, path, words, unmeasured)
     found = [
         checked(Block(name, tuple(raw.rows[k][1][raw.header.index(name)] for k in used)), str(path))
-        for name in dict.fromkeys(known["use as block"])
+        for name in dict.fromkeys(known["use as block"] if fitted else ())
     ]
-    order = _run_order(raw, [name for name, why in left_out if why == "order of the runs"], used)
+    order = _run_order(raw, [name for name, why in left_out if why in (ORDER_OF_RUNS, NUMBER_OF_RUN)], used)
     named = [name for name, why in left_out if why != "empty"]
     return Columns(frame, lines, notes + failed, found, named, order, _standard_order(raw, used))
 
@@ -159,62 +165,14 @@ def _response_last(raw: Raw, response: str, taken: Sequence[str], path: Path) ->
 def _known(name: str, header: list[str], kind: str, path: Path) -> str:
     found = found_in(name, header)
     if found is None:
-        raise InputError(f"there is no column {name!r} to {kind} in {path}: its columns are {', '.join(header)}")
+        raise unknown_column(name, kind, {path: header})
     return found
 
 
-def _counts(cells: list[str]) -> bool:
-    """Whether a column only counts: whole numbers, each once, or texts, each once."""
-    filled = [cell for cell in cells if cell]
-    if len(filled) < 2 or len(set(filled)) < len(filled):
-        return False
-    return all(number(cell).is_integer() for cell in filled if is_number(cell))
-
-
-def _role(raw: Raw, i: int) -> tuple[str | None, str | None]:
-    """Why a column is left out, or what must be said of it; (None, None) for a factor or the response."""
-    name, cells = raw.header[i], raw.column(i)
-    said, filled = role(name), [cell for cell in cells if cell]
-    if not name:
-        return ("empty" if not filled else "counts the rows" if i == 0 and _counts(cells) else None), None
-    if said == "order" or (said == "count" and _counts(cells)):
-        return "order of the runs", None
-    if said == "point type":
-        return "type of point", None
-    if said == "dummy":
-        return "dummy, which estimates noise", None
-    if said == "block" and filled and i < len(raw.header) - 1:
-        if len(set(filled)) == 1:
-            return "one block only", None
-        return None, (
-            f"{name!r} looks like a block (a day, a batch): --block {_quoted(name)} fits it as blocks, --factor "
-            f"{_quoted(f'{name}={_ends(cells, raw.decimal)}')} as a factor"
-        )
-    if len(filled) > 1 and not any(is_number(cell, raw.decimal) or cell in SIGNS for cell in filled):
-        if all(cell.lower() in MISSING for cell in filled):
-            return None, None
-        if all(QUANTITY.match(cell) or cell.lower() in MISSING for cell in filled):
-            return None, (
-                f"{name!r} holds numbers with text behind them ({filled[0][:30]!r}): write the numbers alone, and what is behind "
-                "them into the header, as NAME (UNIT)"
-            )
-        levels = _quoted(f"{name}={','.join(sorted(set(filled))[:3])}")
-        return None, (
-            f"{name!r} holds text ({filled[0][:30]!r}): --block {_quoted(name)} if its words say which block, --factor "
-            f"{levels} if they are the levels of a factor"
-        )
-    return None, None
-
-
-def _ends(cells: list[str], decimal: str) -> str:
-    values = [number(cell, decimal) for cell in cells if is_number(cell, decimal)]
-    return f"{min(values):g},{max(values):g}" if values and min(values) < max(values) else "LOW,HIGH"
-
-
-def _quoted(word: str) -> str:
-    import shlex
-
-    return shlex.quote(word)
+def unknown_column(name: str, kind: str, headers: Mapping[Path, list[str]]) -> InputError:
+    """That no table has a column which was to be ignored or the like, with what each has and the name that is near."""
+    where = ", nor".join(f" in {path}{nearest(name, filter(None, header))}" for path, header in headers.items())
+    return InputError(f"there is no column {name!r} to {kind}{where}")
 
 
 def _ask(asked: list[str], path: Path) -> None:
@@ -223,18 +181,6 @@ def _ask(asked: list[str], path: Path) -> None:
             f"{path} has columns of which it must be said what they are: " + "; ".join(asked) + ". Or leave "
             f"{'it' if len(asked) == 1 else 'them'} out with --ignore NAME; expected factor columns, then the response"
         )
-
-
-def _left_out_note(left_out: list[tuple[str, str]]) -> list[str]:
-    """One sentence on all columns that were left out, grouped by the reason."""
-    reasons: dict[str, list[str]] = {}
-    for name, why in left_out:
-        if why != "empty":
-            reasons.setdefault(why, []).append(name or "the unnamed first column")
-    if not reasons:
-        return []
-    words = "; ".join(f"{', '.join(names)} ({why})" for why, names in reasons.items())
-    return [f"no factors, left out: {words}; --factor NAME=LOW,HIGH makes a column a factor"]
 
 
 def codes_of(levels: tuple[str, ...]) -> dict[str, float]:

@@ -46,11 +46,19 @@ def nearest(given: object, accepted: Iterable[str]) -> str:
     names = sorted(accepted)
     if not names:
         return "; there is none"
-    near = get_close_matches(str(given), names)
+    near = _near(given, names, 3)
     return f"; accepted are {', '.join(dict.fromkeys([*near, *names]))}{did_you_mean(given, names)}"
 
 
 def did_you_mean(given: object, accepted: Iterable[str]) -> str:
     """`; did you mean b?` for an error message; empty where no name is near."""
-    near = get_close_matches(str(given), list(accepted), n=1)
+    near = _near(given, accepted, 1)
     return f"; did you mean {near[0]!r}?" if near else ""
+
+
+def _near(given: object, accepted: Iterable[str], most: int) -> list[str]:
+    """The names that are like a text, the nearest first, small and capital letters alike."""
+    names: dict[str, str] = {}
+    for name in accepted:
+        names.setdefault(name.casefold(), name)
+    return [names[word] for word in get_close_matches(str(given).casefold(), list(names), n=most)]
