@@ -16,6 +16,7 @@ from pellet_study.commands.design_tables import (
     writing,
 )
 from pellet_study.commands.numbers import number, whole
+from pellet_study.commands.other_command import for_the_other
 from pellet_study.commands.responses import (
     add_response_argument,
     each_able,
@@ -110,11 +111,14 @@ def run(arguments: argparse.Namespace) -> dict:
     from pellet_study.doe.factors import parse_factors
     from pellet_study.doe.labels import degraded
 
-    tables, failed = read_tables(arguments, parse_factors(arguments.factor), 5)
-    told = each_response(arguments, [*tables, *failed])
-    _check_goals(told)
-    joint = wants_joint(told)
-    each, more_failed = each_able(tables, lambda name: analysed(told[name], tables[name], joint))
+    try:
+        tables, failed = read_tables(arguments, parse_factors(arguments.factor), 5)
+        told = each_response(arguments, [*tables, *failed])
+        _check_goals(told)
+        joint = wants_joint(told)
+        each, more_failed = each_able(tables, lambda name: analysed(told[name], tables[name], joint))
+    except InputError as error:
+        raise for_the_other(arguments, "pb", error) from None
     failed |= more_failed
     _refuse_goals_of(failed, told)
     told = {name: told[name] for name in each}

@@ -144,10 +144,10 @@ def _score(arguments, table) -> dict:
 def _fold(arguments, table) -> dict:
     from pellet_study.doe import design_text
     from pellet_study.doe.answers import plain
+    from pellet_study.doe.factors import factors_meant
     from pellet_study.doe.fold_over import fold_over
-    from pellet_study.tables.headers import found_in
 
-    on = [found_in(word, table.names) or word for word in arguments.on.split(",")] if arguments.on else None
+    on = factors_meant(arguments.on, table.names) if arguments.on else None
     found = fold_over(table.names, table.coded[~table.centre], on)
     say(design_text.fold_text(found))
     return {**plain(found), **_extend(arguments, table, found.added, "pb")}
@@ -157,15 +157,14 @@ def _axial(arguments, table) -> dict:
     from pellet_study.doe import design_text
     from pellet_study.doe.answers import plain
     from pellet_study.doe.augment import add_axial
-    from pellet_study.doe.factors import parse_levels
-    from pellet_study.tables.headers import found_in
+    from pellet_study.doe.factors import factor_meant, factors_meant, parse_levels
 
-    kept = [found_in(word, table.names) or word for word in arguments.factors.split(",")] if arguments.factors else None
+    kept = factors_meant(arguments.factors, table.names) if arguments.factors else None
     named = {factor.name: factor for factor in table.factors}
     held = {}
     for word, level in parse_levels(arguments.hold).items() if arguments.hold else ():
-        name = found_in(word, table.names) or word
-        held[name] = float(named[name].coded(level)) if name in named else level
+        name = factor_meant(word, table.names)
+        held[name] = float(named[name].coded(level))
     words = [name for name, factor in named.items() if factor.levels and (kept is None or name in kept)]
     if words:
         raise InputError(

@@ -16,6 +16,7 @@ from pellet_study.commands.design_tables import (
     write_design,
 )
 from pellet_study.commands.numbers import number, whole
+from pellet_study.commands.other_command import for_the_other
 from pellet_study.commands.responses import (
     add_response_argument,
     each_able,
@@ -30,7 +31,6 @@ from pellet_study.commands.responses import (
 )
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say
-from pellet_study.tables.headers import found_in
 
 EXAMPLES = """\
 TABLE.csv: factor columns in coded or physical units, the response in the last column; an empty response is a
@@ -95,9 +95,12 @@ def run(arguments: argparse.Namespace) -> dict:
     files = [arguments.table, *([arguments.climb_runs] if arguments.climb_runs else [])]
     ignore, *of_path = named_in(files, arguments.ignore, "ignore")
     blocks, *blocks_of_path = named_in(files, arguments.block, "use as block")
-    tables, failed = read_tables(arguments, factors, 3, ignore, blocks)
-    told = each_response(arguments, [*tables, *failed])
-    each, more_failed = each_able(tables, lambda name: _screened(told[name], tables[name], of_path + blocks_of_path))
+    try:
+        tables, failed = read_tables(arguments, factors, 3, ignore, blocks)
+        told = each_response(arguments, [*tables, *failed])
+        each, more_failed = each_able(tables, lambda name: _screened(told[name], tables[name], of_path + blocks_of_path))
+    except InputError as error:
+        raise for_the_other(arguments, "bbd", error) from None
     failed |= more_failed
     for k, (name, one) in enumerate(each.items()):
         say("\n".join(([""] if k else []) + heading(name, each) + [one.words]))
@@ -249,10 +252,10 @@ def _climb(arguments, screening):
     if arguments.climb is None:
         return None
     from pellet_study.doe import steepest_climb
-    from pellet_study.doe.factors import parse_levels, parse_range
+    from pellet_study.doe.factors import factor_meant, factors_meant, parse_levels, parse_range
 
     known = screening.table.names
-    names = arguments.climb_factors and [_meant(name, known) for name in arguments.climb_factors.split(",")]
+    names = arguments.climb_factors and factors_meant(arguments.climb_factors, known)
     model, factors = steepest_climb.first_order_model(screening, names)
     step = next(iter(parse_levels(arguments.climb_step).items())) if arguments.climb_step else None
     limits = dict(parse_range(word) for word in arguments.climb_limits)
@@ -262,19 +265,11 @@ def _climb(arguments, screening):
         points=arguments.climb_points,
         equal_steps=arguments.climb == "equal",
         start=arguments.climb_start,
-        step=step and (_meant(step[0], known), step[1]),
-        limits={_meant(name, known): ends for name, ends in limits.items()},
+        step=step and (factor_meant(step[0], known), step[1]),
+        limits={factor_meant(name, known): ends for name, ends in limits.items()},
         ascend=not arguments.descend,
         alpha=arguments.alpha,
     )
-
-
-def _meant(name: str, names: list[str]) -> str:
-    """The factor that is meant, its unit said or not."""
-    found = found_in(name.strip(), names)
-    if found is None:
-        raise InputError(f"{name!r} is no factor of the table: its factors are {', '.join(names)}")
-    return found
 
 
 def _turning(arguments, screening, warnings: list[str], of_path: list[list[str]]):

@@ -11,6 +11,7 @@ import numpy as np
 
 from pellet_study.doe.blocking import inflation
 from pellet_study.doe.composite import axial_distance, axial_points
+from pellet_study.doe.factors import factor_meant
 from pellet_study.doe.linear_model import columns_of, quadratic_terms
 from pellet_study.errors import InputError
 
@@ -75,10 +76,8 @@ def add_axial(
         If a name is no factor, fewer than two are kept, the runs are not at two levels, or a number is out of range.
     """
     coded = np.asarray(coded, dtype=float)
-    kept = list(names) if factors is None else list(dict.fromkeys(factors))
-    unknown = [name for name in [*kept, *(held or {})] if name not in names]
-    if unknown:
-        raise InputError(f"{unknown[0]!r} is no factor of the table: its factors are {', '.join(names)}")
+    kept = list(names) if factors is None else list(dict.fromkeys(factor_meant(name, names) for name in factors))
+    held = {factor_meant(name, names): level for name, level in (held or {}).items()}
     if len(kept) < 2 or centre_points < 0:
         raise InputError(
             f"{len(kept)} factor(s) and {centre_points} centre points were asked for: expected two factors or more, and "

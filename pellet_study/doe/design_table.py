@@ -12,6 +12,7 @@ from pellet_study.doe.columns import read_columns
 from pellet_study.doe.factors import Factor
 from pellet_study.doe.levels import resolve
 from pellet_study.errors import InputError
+from pellet_study.output.words import nearest
 from pellet_study.tables.headers import found_in, split_unit
 
 RESERVED = {"1", "model", "residual", "lack of fit", "pure error", "total", "curvature"}
@@ -121,7 +122,7 @@ def code_design(
     for factor in factors:
         name = found_in(factor.name, names)
         if name is None:
-            raise InputError(f"factor {factor.name!r} is not a column of {source}: its factors are {', '.join(names)}")
+            raise InputError(f"factor {factor.name!r} is no factor of {source}{nearest(factor.name, names)}")
         given[name] = replace(
             factor, name=name, unit="" if split_unit(name)[1] else factor.unit
         )  # a header has it once

@@ -1,12 +1,14 @@
 """A factor and the one crossing between its physical and its coded levels."""
 
 import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
 from pellet_study.errors import InputError
-from pellet_study.tables.headers import split_unit
+from pellet_study.output.words import nearest
+from pellet_study.tables.headers import found_in, split_unit
 from pellet_study.tables.numbers import SIZES, fits, number, number_given
 
 LEVEL = re.compile(r"([^=]+?|.+?)=([^=,]*\d[^=,]*)(,|$)")
@@ -159,6 +161,37 @@ def parse_levels(text: str) -> dict[str, float]:
     if len(levels) < len(pairs):
         raise InputError(f"{text!r} gives a level twice: expected each name once")
     return levels
+
+
+def factor_meant(name: str, names: Sequence[str]) -> str:
+    """The name of the factor that is meant, its unit said or not.
+
+    Raises
+    ------
+    InputError
+        If it is no factor: names those that are, and the one that is near.
+    """
+    found = found_in(name.strip(), list(names))
+    if found is None:
+        raise InputError(f"{name!r} is no factor of the table{nearest(name, names)}")
+    return found
+
+
+def factors_meant(text: str, names: Sequence[str]) -> list[str]:
+    """Several of them from `A,B`; a name may hold commas itself.
+
+    Raises
+    ------
+    InputError
+        See `factor_meant`.
+    """
+    parts, found = text.split(","), []
+    while parts:
+        sizes = [n for n in range(len(parts), 0, -1) if found_in(",".join(parts[:n]).strip(), list(names))]
+        size = sizes[0] if sizes else 1
+        found.append(factor_meant(",".join(parts[:size]), names))
+        parts = parts[size:]
+    return found
 
 
 def parse_range(text: str) -> tuple[str, tuple[float, float]]:

@@ -12,6 +12,7 @@ from itertools import combinations
 
 import numpy as np
 
+from pellet_study.doe.factors import factor_meant
 from pellet_study.doe.linear_model import columns_of, interaction_terms, linear_terms
 from pellet_study.doe.plackett_burman import aliases
 from pellet_study.errors import InputError
@@ -74,10 +75,7 @@ def fold_over(names: list[str], coded, on: list[str] | None = None) -> FoldOver:
     corners = np.round(coded[np.abs(coded).max(axis=1) > 0.5])
     if not len(corners) or not np.all(np.abs(corners) == 1):
         raise InputError("the design is not at two levels: expected runs at low and high levels, and centre points")
-    folded = list(names) if on is None else list(on)
-    unknown = [name for name in folded if name not in names]
-    if unknown or not folded:
-        raise InputError(f"{(unknown or [''])[0]!r} is no factor to fold on: expected one of {', '.join(names)}")
+    folded = list(names) if on is None else [factor_meant(name, names) for name in on]
     signs = np.array([-1.0 if name in folded else 1.0 for name in names])
     added = corners * signs
     if sorted(map(tuple, added)) == sorted(map(tuple, corners)):

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from pellet_study.doe.factors import Factor, rounded
+from pellet_study.doe.factors import Factor, factor_meant, rounded
 from pellet_study.doe.linear_model import LinearFit, fit, interval, linear_terms
 from pellet_study.doe.plackett_burman import Screening
 from pellet_study.errors import InputError
@@ -64,12 +64,8 @@ def first_order_model(screening: Screening, names: list[str] | None = None) -> t
             raise InputError(
                 "no factor is significant, so the climb has no direction: name the factors to move with --climb-factors"
             )
-    unknown = [name for name in names if name not in screening.table.names]
-    if unknown:
-        raise InputError(
-            f"{unknown[0]!r} is no factor of the table: its factors are {', '.join(screening.table.names)}"
-        )
     table = screening.table
+    names = [factor_meant(name, table.names) for name in names]
     categorical = [factor for factor in table.factors if factor.levels and factor.name in names]
     if categorical:
         raise InputError(

@@ -184,7 +184,7 @@ def test_a_design_without_a_response_column_is_scored(tmp_path):
 @pytest.mark.parametrize(
     ("words", "said"),
     [
-        (["fold", "T", "--on", "Q"], "no factor to fold on"),
+        (["fold", "T", "--on", "Q"], "no factor of the table"),
         (["axial", "T", "--axial", "star"], "rotatable, face, orthogonal"),
         (["axial", "T", "--factors", "A"], "two factors or more"),
         (["repair", "T"], "no run is lost"),
