@@ -3,7 +3,7 @@
 `run` prints the readable answer; `__main__` writes what it returns to the file that `--json` names.
 A command's file is imported only when that command is called, so each pays for its own libraries alone.
 
-    numbers, simulating < arguments, responses < design_tables < surface, wanted < add, angle, audit, bbd, bench, calibrate, challenge, check,
+    numbers, simulating < arguments, responses < design_tables < other_command, surface, wanted < validating < following < add, angle, audit, bbd, bench, calibrate, challenge, check,
     compare, design, diagnose, doctor, drop, history, init, pb, refine, report
 """
 

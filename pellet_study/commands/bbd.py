@@ -1,21 +1,18 @@
 """`pellet-study bbd`: analyse a Box-Behnken or central composite table, or make one."""
 
 import argparse
-import shlex
-from pathlib import Path
 
 from pellet_study.commands.arguments import write_figures
 from pellet_study.commands.design_tables import (
     add_making_arguments,
     add_table_arguments,
-    again,
     check_arguments,
     kept,
     warn,
     write_design,
-    writing,
 )
-from pellet_study.commands.numbers import number, whole
+from pellet_study.commands.following import next_commands
+from pellet_study.commands.numbers import number
 from pellet_study.commands.other_command import for_the_other
 from pellet_study.commands.responses import (
     add_response_argument,
@@ -30,10 +27,10 @@ from pellet_study.commands.responses import (
     warnings_of,
 )
 from pellet_study.commands.surface import analysed
+from pellet_study.commands.validating import add_validation_arguments, check_validation, validate
 from pellet_study.commands.wanted import GOALS, HELP, add_goal_arguments, goal_of, wants_joint
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say
-from pellet_study.tables.numbers import number_given
 
 NOTES = """\
 TABLE.csv: factor columns in coded or physical units, the response in the last column; an empty response is a
@@ -50,6 +47,7 @@ examples:
   pellet-study bbd surface.csv --reduce 0.1 --predict B=0.887,C=0.319,G=0.162
   pellet-study bbd surface.csv --declare-margin 0.8
   pellet-study bbd surface.csv --target 41.69 --uncertainty 0.79 --target-n 5 --verify 41.1,41.5,40.9
+  pellet-study bbd tread.csv --response wear hardness --limits wear=120, --limits hardness=60,75 --verify wear=128,131,125 --verify hardness=66,69,67
   pellet-study bbd tread.csv --response wear hardness --maximise wear=120,170 --target hardness=67.5 --limits hardness=60,75
   pellet-study bbd cycles.csv --transform --select
   pellet-study bbd --design B=0.90,0.82 C=0.25,0.33 G=0.10,0.18 --output design.csv
@@ -78,16 +76,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     )  # fmt: skip
     models.add_argument("--predict", metavar="A=X,B=Y", help="prediction at a setting in physical units")
     add_goal_arguments(parser)
-    validation = parser.add_argument_group("validation")
-    validation.add_argument("--declare-margin", metavar="M", type=number, help="write the equivalence margin down")
-    validation.add_argument(
-        "--margin-file", metavar="FILE", type=Path, help="where (default: margin.json beside the table)"
-    )
-    validation.add_argument("--verify", metavar="Y1,Y2,...", help="responses of the validation runs")
-    validation.add_argument("--at", metavar="A=X,B=Y", help="where they were made (default: the recommended setting)")
-    validation.add_argument(
-        "--target-n", metavar="N", type=whole, help="readings behind the target (default: taken as known)"
-    )
+    add_validation_arguments(parser)
     making = add_making_arguments(parser, centre=5)
     making.add_argument(
         "--axial", metavar="rotatable|face|orthogonal|VALUE",
@@ -110,6 +99,7 @@ def run(arguments: argparse.Namespace) -> dict:
         return _design(arguments)
     from pellet_study.doe.factors import parse_factors
     from pellet_study.doe.labels import degraded
+    from pellet_study.doe.response_answers import joint_answer
 
     try:
         tables, failed = read_tables(arguments, parse_factors(arguments.factor), 5)
@@ -126,14 +116,15 @@ def run(arguments: argparse.Namespace) -> dict:
     parts = []  # printed when all that was asked for could be answered
     for name, one in each.items():
         parts += heading(name, each) + one.parts
+    found = _joint(told, each, warnings, parts) if joint else None
+    validate(told, each, found, parts, warnings)
     answer = dict(next(iter(each.values())).answer)
     if len(each) > 1:
         answer["responses"] = {name: {**one.answer, "warnings": one.warnings} for name, one in each.items()}
     if failed:
         answer["not_analysed"] = failed
-    found = _joint(told, each, answer, warnings, parts) if joint else None
-    first, own = next(iter(told.items()))
-    _validate(own, each[first], found, answer, parts, warnings)
+    if found is not None:
+        answer["joint"] = joint_answer(found)
     say("\n\n".join(parts))
     answer["warnings"] = warnings
     warn(warnings)
@@ -144,33 +135,11 @@ def run(arguments: argparse.Namespace) -> dict:
         answer["figures"] = [path for name, one in each.items() for path in _figures(told[name], one, prefixes[name])]
         if found is not None and len(found.factors) > 1:
             answer["figures"] += _regions(arguments, found, {name: own.unit for name, own in told.items()})
-    done(kept(arguments), None if arguments.verify or joint else _next(arguments, told))
+    following, then = next_commands(arguments, told, each, found)
+    done(kept(arguments), following)
+    if then:
+        say(f"then, with the runs made there: pellet-study {then}")
     return answer
-
-
-def _next(arguments: argparse.Namespace, told: dict[str, argparse.Namespace]) -> str:
-    """The command to follow: goals where there are none, then the margin, then the runs to validate with."""
-    words = ["bbd", again(arguments)]
-    for option in ("reduce", "drop"):
-        value = getattr(arguments, option)
-        words += [] if value is None else [f"--{option}", f"{value:g}" if option == "reduce" else shlex.quote(value)]
-    words += ["--select"] if arguments.select else []
-    words += [shlex.join(["--transform", *filter(None, [how])]) for how in arguments.transform or ()]
-    own = next(iter(told.values()))
-    if len(told) > 1:
-        goals = [["--target", f"{name}=VALUE", "--uncertainty", f"{name}=U"] for name in told]
-        return " ".join([*words, *map(shlex.join, goals)])
-    if own.target is None:
-        return " ".join([*words, "--target VALUE", *(["--uncertainty U"] if own.transform is not None else [])])
-    uncertainty = [] if own.uncertainty is None else ["--uncertainty", own.uncertainty]
-    validated = arguments.declare_margin is not None or margin_file(arguments).exists()
-    after = "--verify Y1,Y2,..." if validated else "--declare-margin M"
-    return " ".join([*words, shlex.join(["--target", own.target, *uncertainty]), after])
-
-
-def margin_file(arguments: argparse.Namespace) -> Path:
-    """Where the margins of equivalence are declared."""
-    return arguments.margin_file or arguments.table.parent / "margin.json"
 
 
 def _refuse_goals_of(failed: dict[str, str], told: dict[str, argparse.Namespace]) -> None:
@@ -184,9 +153,6 @@ def _refuse_goals_of(failed: dict[str, str], told: dict[str, argparse.Namespace]
 def _check_goals(told: dict[str, argparse.Namespace]) -> None:
     """Refuse what one response can be asked for and several cannot, and readings of a target without their scatter."""
     own = next(iter(told.values()))
-    if len(told) > 1 and (own.verify or own.declare_margin is not None):
-        raise InputError("--verify and --declare-margin test one response: name it alone with --response, and the "
-                         "others with --ignore")  # fmt: skip
     if wants_joint(told) and own.rule != "centre":
         raise InputError(f"--rule {own.rule} picks a point that meets the target of one response on its own scale: leave it "
                          "out, the desirability picks the point here")  # fmt: skip
@@ -206,18 +172,14 @@ def _check_goals(told: dict[str, argparse.Namespace]) -> None:
             f"--target-n {own.target_n} needs the standard deviation of a reading of the target: give it with "
             "--uncertainty, or leave --target-n out to take the target as known"
         )
-    if own.verify and all(getattr(own, goal) is None for goal in GOALS):
-        raise InputError("--verify needs the response to be met: give --target, or --maximise, --minimise or --limits")
-    if own.at and not own.verify:
-        raise InputError("--at says where the runs of --verify were made: give their readings with --verify")
+    check_validation(told)
 
 
-def _joint(told: dict, each: dict, answer: dict, warnings: list[str], parts: list[str]):
+def _joint(told: dict, each: dict, warnings: list[str], parts: list[str]):
     """The settings that meet the goals of all responses that have one."""
     from pellet_study.doe import coded_box, surface_text
     from pellet_study.doe.cautions import box_scale_cautions, scale_cautions
     from pellet_study.doe.joint_set import joint_set
-    from pellet_study.doe.response_answers import joint_answer
     from pellet_study.doe.response_text import joint_text
 
     goals = {name: goal for name, own in told.items() if (goal := goal_of(own, each[name].response)) is not None}
@@ -228,7 +190,6 @@ def _joint(told: dict, each: dict, answer: dict, warnings: list[str], parts: lis
     points = coded_box.sample(len(found.factors))
     for part in found.parts:
         warnings += box_scale_cautions(part.response, points) or scale_cautions(part.response, found.coded)
-    answer["joint"] = joint_answer(found)
     return found
 
 
@@ -260,90 +221,6 @@ def _design(arguments) -> dict:
         blocks = blocking.surface_blocks(coded, matrix, arguments.blocks)
     sheet = run_sheet(coded, factors, blocks, arguments.seed, response_columns(arguments), matrix)
     return write_design(sheet, arguments.output, "bbd")
-
-
-def _validate(arguments, one, joint, answer: dict, parts: list[str], warnings: list[str]) -> None:
-    """Declare the margin of the only response, or test its validation runs against the one declared."""
-    only = not (arguments.response and arguments.ignore)  # else a margin without a name may be an ignored response's
-    response = one.response.name
-    path = margin_file(arguments)
-    from pellet_study.doe import answers, margins, validation, validation_text
-
-    if arguments.declare_margin is not None:
-        if arguments.verify:
-            raise InputError(
-                "--declare-margin and --verify came together: a margin is declared before the runs are made"
-            )
-        with writing(path):
-            margins.declare_margin(path, arguments.declare_margin, arguments.unit, response, only)
-        parts.append(
-            f"margin {arguments.declare_margin:g} of {response} declared in {path}; make the runs, then --verify them"
-        )
-        answer["margin"] = arguments.declare_margin
-    if not arguments.verify:
-        return
-    readings = _readings(arguments.verify)
-    where = _setting_of_runs(arguments, one, joint)
-    parts.append("the runs to validate with count for " + ", ".join(f"{n} {v:.5g}" for n, v in where.items()))
-    answer["validated_at"] = where
-    if arguments.target is None:
-        accepted = goal_of(arguments, one.response).accepted
-        tested = validation.within_limits(readings, accepted, arguments.alpha)
-        parts.append(validation_text.within_limits_text(tested))
-        answer["validation"] = answers.plain({**vars(tested), "shown": tested.shown})
-    else:
-        found = _equivalence(arguments, readings, margins.read_margin(path, response, only))
-        parts.append(validation_text.equivalence_text(found))
-        answer["validation"] = answers.equivalence_answer(found)
-    predicted = one.response.interval([[float(f.coded(where[f.name])) for f in one.response.factors]])
-    if predicted.prediction is None:
-        return
-    beside = validation.beside_prediction(readings, predicted.prediction, predicted.level)
-    parts[-1] += "\n" + validation_text.beside_prediction_text(beside)
-    told = {"inside": beside.inside, "prediction": beside.prediction, "contradicts_prediction": beside.contradicted}
-    answer["validation"] |= answers.plain(told)
-    if beside.contradicted:
-        warnings.append(validation_text.contradicted_text(beside))
-
-
-def _equivalence(arguments, readings: list[float], margin: float):
-    """The test of the readings against the target, which may be a mean of readings itself."""
-    from pellet_study.doe import validation
-
-    runs = validation.sample_of(readings)
-    target = validation.Sample(one_number("target", arguments.target))
-    if arguments.target_n is not None:
-        sd = one_number("uncertainty", arguments.uncertainty)
-        target = validation.Sample(target.mean, sd, arguments.target_n)
-    return validation.equivalence(runs, target, margin, arguments.alpha)
-
-
-def _setting_of_runs(arguments, one, joint) -> dict[str, float]:
-    """{factor: level} of the validation runs: as --at says, else the setting that was recommended."""
-    if not arguments.at:
-        return (joint if joint is not None else one.target_set).physical
-    from pellet_study.doe.factors import parse_levels
-    from pellet_study.tables.headers import found_in
-
-    names = one.response.surface.table.names
-    levels = {found_in(name, names) or name: level for name, level in parse_levels(arguments.at).items()}
-    if set(levels) != set(names):
-        raise InputError(f"--at {arguments.at}: expected one level of every factor ({', '.join(names)})")
-    return levels
-
-
-def _readings(text: str) -> list[float]:
-    try:
-        values = [number_given(word) for word in text.split(",")]
-    except ValueError:
-        raise InputError(f"--verify {text}: expected numbers separated by commas, such as 41.1,41.5,40.9") from None
-    first, second = values[::2], values[1::2]
-    if "." not in text and len(first) == len(second) and max(map(abs, second)) < min(map(abs, first)) / 2:
-        raise InputError(
-            f"--verify {text}: is that {len(first)} readings with decimal commas, or {len(values)}? A comma separates, so write "
-            f"decimal points: {','.join(f'{a:g}.{b:g}' for a, b in zip(first, second, strict=True))}, or {values[0]:g}.0,{values[1]:g}.0,..."
-        )
-    return values
 
 
 def _figures(own, one, prefix: str) -> list[str]:

@@ -98,7 +98,9 @@ def run(arguments: argparse.Namespace) -> dict:
     try:
         tables, failed = read_tables(arguments, factors, 3, ignore, blocks)
         told = each_response(arguments, [*tables, *failed])
-        each, more_failed = each_able(tables, lambda name: _screened(told[name], tables[name], of_path + blocks_of_path))
+        each, more_failed = each_able(
+            tables, lambda name: _screened(told[name], tables[name], of_path + blocks_of_path)
+        )
     except InputError as error:
         raise for_the_other(arguments, "bbd", error) from None
     failed |= more_failed

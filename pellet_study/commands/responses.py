@@ -9,7 +9,8 @@ from pellet_study.output.words import nearest
 from pellet_study.tables.headers import found_in
 from pellet_study.tables.numbers import number_given
 
-TOLD = ("target", "uncertainty", "maximise", "minimise", "limits", "weight", "importance", "transform", "unit")
+TOLD = ("target", "uncertainty", "maximise", "minimise", "limits", "weight", "importance", "transform", "unit", "declare_margin",
+        "verify")  # fmt: skip
 """Options given once for each response."""
 
 ALONE = ("maximise", "minimise", "transform")

@@ -4,7 +4,7 @@ import re
 import shlex
 
 from pellet_study.doe.raw_table import SIGNS, Raw
-from pellet_study.tables.headers import role
+from pellet_study.tables.headers import role, says_run_order
 from pellet_study.tables.numbers import MISSING, is_number, number
 
 QUANTITY = re.compile(r"[-+\u2212]?\d+([.,]\d+)?\s*[^\d\s.,;:/-]\S*$")
@@ -30,7 +30,7 @@ def role_of(raw: Raw, i: int, fitted: bool = True) -> tuple[str | None, str | No
         return ORDER_OF_RUNS, None
     why = _number_of_run(said == "count", filled, last)
     if why:
-        return why, None
+        return ORDER_OF_RUNS if says_run_order(name) and _whole(filled) else why, None
     if said == "count" and not last and _restarts(filled):
         return None, (
             f"{name!r} is named like the number of a run, and numbers several runs alike: --factor "

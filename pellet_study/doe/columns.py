@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 
 from pellet_study.doe.blocks import Block, checked
-from pellet_study.doe.bookkeeping import BLOCK_OF_PATH, NUMBER_OF_RUN, ORDER_OF_RUNS, left_out_note, role_of
+from pellet_study.doe.bookkeeping import BLOCK_OF_PATH, ORDER_OF_RUNS, left_out_note, role_of
 from pellet_study.doe.raw_table import SIGNS, Raw, check_header, read_raw
 from pellet_study.errors import InputError
 from pellet_study.output.words import nearest
@@ -40,6 +40,8 @@ class Columns:
         In which order the runs were made, where a column that was left out says so; its name is the column's.
     standard_order : Series (n_runs,) or None
         Where in the design each run stands, from 1, where the sheet of the design says so.
+    decimal : str
+        The decimal sign of the file.
     """
 
     frame: pd.DataFrame
@@ -49,6 +51,7 @@ class Columns:
     left_out: list[str] = field(default_factory=list)
     order: pd.Series | None = None
     standard_order: pd.Series | None = None
+    decimal: str = "."
 
 
 def read_columns(
@@ -122,9 +125,9 @@ def read_columns(
         checked(Block(name, tuple(raw.rows[k][1][raw.header.index(name)] for k in used)), str(path))
         for name in dict.fromkeys(known["use as block"] if fitted else ())
     ]
-    order = _run_order(raw, [name for name, why in left_out if why in (ORDER_OF_RUNS, NUMBER_OF_RUN)], used)
+    order = _run_order(raw, [name for name, why in left_out if why == ORDER_OF_RUNS], used)
     named = [name for name, why in left_out if why != "empty"]
-    return Columns(frame, lines, notes + failed, found, named, order, _standard_order(raw, used))
+    return Columns(frame, lines, notes + failed, found, named, order, _standard_order(raw, used), raw.decimal)
 
 
 def _run_order(raw: Raw, names: Sequence[str], used: Sequence[int]) -> pd.Series | None:

@@ -42,6 +42,8 @@ class DesignTable:
         In which order the runs were made, where the file says so.
     standard_order : Series (n_runs,) or None
         Where in its design each run stands, from 1, where the file says so.
+    decimal : str
+        The decimal sign of the file.
     """
 
     factors: list[Factor]
@@ -53,6 +55,7 @@ class DesignTable:
     left_out: list[str] = field(default_factory=list)
     order: pd.Series | None = None
     standard_order: pd.Series | None = None
+    decimal: str = "."
 
     @property
     def names(self) -> list[str]:
@@ -103,7 +106,7 @@ def read_design(
     table = code_design(
         found.frame, factors, found.lines, found.notes + words, max_levels, str(path), found.blocks, found.left_out
     )
-    return replace(table, order=found.order, standard_order=found.standard_order)
+    return replace(table, order=found.order, standard_order=found.standard_order, decimal=found.decimal)
 
 
 def code_design(

@@ -4,8 +4,8 @@ from pellet_study.doe.text import number, percent, probability
 from pellet_study.doe.validation import BesidePrediction, Equivalence, WithinLimits
 
 
-def equivalence_text(found: Equivalence) -> str:
-    """The equivalence test, the t test beside it."""
+def equivalence_text(found: Equivalence, response: str = "") -> str:
+    """The equivalence test, the t test beside it; `response` where there are several."""
     runs, target = found.runs, found.target
     known = (
         f"{target.mean:.5g} (taken as known)"
@@ -15,7 +15,7 @@ def equivalence_text(found: Equivalence) -> str:
     low, high = found.interval
     confidence = 100 * (1 - 2 * found.alpha)
     lines = [
-        f"validation: runs mean {runs.mean:.5g}, sd {runs.sd:.4g}, n {runs.n}; target {known}",
+        f"{_head(response)} {runs.mean:.5g}, sd {runs.sd:.4g}, n {runs.n}; target {known}",
         f"  difference {found.difference:.4g}, {confidence:.0f} % interval {low:.4g} to {high:.4g}; margin "
         f"+-{found.margin:g}",
         f"  equivalence (two one-sided t tests): p {probability(found.p)}: "
@@ -32,14 +32,28 @@ def equivalence_text(found: Equivalence) -> str:
     return "\n".join(lines)
 
 
-def within_limits_text(found: WithinLimits) -> str:
-    """The one-sided tests against the limits."""
+def within_limits_text(found: WithinLimits, response: str = "") -> str:
+    """The one-sided tests against the limits; `response` where there are several."""
     runs = found.runs
-    lines = [f"validation: runs mean {number(runs.mean)}, sd {number(runs.sd, 4)}, n {runs.n}"]
+    lines = [f"{_head(response)} {number(runs.mean)}, sd {number(runs.sd, 4)}, n {runs.n}"]
+    if not found.p:
+        lines.append("  its goal has no limit, so there is none to test the mean against")
     for word, (limit, p) in found.p.items():
         verdict = "shown" if p < found.alpha else "not shown"
         lines.append(f"  mean {word} {number(limit)} (one-sided t test): p {probability(p)}: {verdict}")
     return "\n".join(lines)
+
+
+def _head(response: str) -> str:
+    return f"validation{f' of {response}' if response else ''}: runs mean"
+
+
+def together_text(shown: dict[str, bool], alpha: float) -> str:
+    """Whether the goals of several responses are all shown to be met; the level of all is that of each test."""
+    missing = [name for name, met in shown.items() if not met]
+    if missing:
+        return f"all goals together: not shown, for want of {', '.join(missing)}"
+    return f"all goals together: shown; where one of them is not met, all tests pass with a probability of {alpha:g} at most"
 
 
 def beside_prediction_text(found: BesidePrediction) -> str:

@@ -7,6 +7,8 @@ from difflib import get_close_matches
 # control characters but for the end of a line and the tabulator; marks of direction, of bytes, and ends of lines
 ACTING = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff]")
 
+UNIT = re.compile(r"\s*[(\[\uff08\u3010].*$")  # of a column: `time (min)`
+
 
 def number(value: float | str | None, digits: int = 4) -> str:
     """A number with so many significant digits, a word as it is, `-` where unknown."""
@@ -57,8 +59,10 @@ def did_you_mean(given: object, accepted: Iterable[str]) -> str:
 
 
 def _near(given: object, accepted: Iterable[str], most: int) -> list[str]:
-    """The names that are like a text, the nearest first, small and capital letters alike."""
+    """The names that are like a text, the nearest first: small and capital letters alike, with or without their unit."""
     names: dict[str, str] = {}
     for name in accepted:
-        names.setdefault(name.casefold(), name)
-    return [names[word] for word in get_close_matches(str(given).casefold(), list(names), n=most)]
+        for word in (name, UNIT.sub("", name)):
+            names.setdefault(word.casefold(), name)
+    near = get_close_matches(str(given).casefold(), list(names), n=2 * most)
+    return list(dict.fromkeys(names[word] for word in near))[:most]

@@ -1,5 +1,7 @@
 """What cannot be analysed ends with exit status 2 and says column, row, what was expected, what to do."""
 
+import shlex
+
 import pytest
 
 from pellet_study.__main__ import main
@@ -115,7 +117,7 @@ def test_not_a_design_at_all(tmp_path, capsys, command):
 def test_a_run_number_column_is_left_out_and_can_be_ignored(tmp_path, capsys):
     lines = [f"No.,{line}" if i == 0 else f"{i},{line}" for i, line in enumerate(screening_csv())]
     status, error = answer(tmp_path, capsys, "pb", lines)
-    assert status == 0 and "left out: No. (order of the runs)" in error
+    assert status == 0 and "left out: No. (number of the run)" in error
     assert answer(tmp_path, capsys, "pb", lines, "--ignore", "No.")[0] == 0
     assert answer(tmp_path, capsys, "pb", lines, "--ignore", "Number")[0] == 2
 
@@ -136,9 +138,18 @@ def test_a_middle_level_that_is_not_in_the_middle(tmp_path, capsys):
 
 def test_a_three_level_table_is_sent_to_bbd_and_a_two_level_one_to_pb(tmp_path, capsys):
     status, error = answer(tmp_path, capsys, "pb", surface_csv())
-    assert status == 2 and "bbd" in error and "row 2" in error
+    assert status == 2 and "Box-Behnken design of 3 factors" in error and followed(error) == 0
     status, error = answer(tmp_path, capsys, "bbd", screening_csv(3))
-    assert status == 2 and "only two levels" in error and "pb" in error
+    assert status == 2 and "two-level design" in error and followed(error) == 0
+    status, error = answer(tmp_path, capsys, "bbd", ["A,B,y", "1,1,3", "1,2,4", "2,1,5"])
+    assert status == 2 and "Analyse it with: pellet-study pb" in error and followed(error) == 0
+    status, error = answer(tmp_path, capsys, "bbd", ["A,B,y", "1,1,3", "1,2,4"])
+    assert status == 2 and "Analyse it with" not in error
+
+
+def followed(error: str) -> int:
+    """What comes of the command that an error ends with."""
+    return main(shlex.split(error.rsplit("pellet-study ", 1)[1]))
 
 
 def test_two_columns_that_are_copies(tmp_path, capsys):
