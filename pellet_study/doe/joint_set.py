@@ -182,13 +182,19 @@ def joint_set(responses: list[FittedResponse], goals: list[Goal]) -> JointSet:
         parts.append(part)
     assured = _assured(wanted, points) if fitted else None
     on_limit = any(part.limit is not None for part in parts)
+    extents = coded_box.with_alone(
+        _extents(wanted, points, points[met.all(axis=0)], best),
+        factors,
+        best,
+        lambda x: np.all([goal.met(response.predict(x)) for response, goal in wanted], axis=0),
+    )
     return JointSet(
         factors=factors,
         alpha=responses[0].surface.alpha,
         fraction=float(met.all(axis=0).mean()),
         fraction_not_excluded=None if not_excluded is None else float(not_excluded.all(axis=0).mean()),
         fraction_assured=None if assured is None else float(assured.mean()),
-        extents=_extents(wanted, points, points[met.all(axis=0)], best),
+        extents=extents,
         coded=best,
         physical={f.name: float(f.physical(x)) for f, x in zip(factors, best, strict=True)},
         desirability=float(overall([part.desirability for part in parts], [goal.exponent for goal in goals])),

@@ -124,6 +124,10 @@ def target_set(surface: Surface, target: float, uncertainty: float = 0.0, rule: 
     coded = _recommended(surface, sample, distance, target, rule, reachable)
     sheet = _extents(surface, sample, distance, target) if reachable else []
     extents = _widened(surface, sample, distance, target, uncertainty, coded, sheet) if within else []
+    if uncertainty:
+        extents = coded_box.with_alone(
+            extents, surface.table.factors, coded, lambda x: np.abs(surface.model.predict(x) - target) <= uncertainty
+        )
     not_excluded = None
     if not surface.saturated:
         variance = _squared_half_width(surface, surface.model.leverage(sample))

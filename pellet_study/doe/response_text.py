@@ -8,7 +8,7 @@ from pellet_study.doe.linear_model import Interval
 from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.selection import Selection
 from pellet_study.doe.surface_text import box_cox_text
-from pellet_study.doe.text import grid, number, percent
+from pellet_study.doe.text import between, extent_text, grid, number, percent
 from pellet_study.doe.transformation import parse_transformation
 
 
@@ -37,8 +37,8 @@ def back_transformed_text(response: FittedResponse, physical: dict[str, float], 
     text = f"predicted median of {response.name} {number(found.predicted, 6)} at {place}"
     if found.confidence and found.prediction:
         at = percent(found.level)
-        text += f"; {at} confidence interval of the median {_ends(found.confidence)}"
-        text += f", {at} prediction interval of one run {_ends(found.prediction)}"
+        text += f"; {at} confidence interval of the median {between(found.confidence)}"
+        text += f", {at} prediction interval of one run {between(found.prediction)}"
     return text
 
 
@@ -85,7 +85,7 @@ def joint_text(found: JointSet) -> str:
     if found.pieces:
         lines += _piece_lines(found, several)
     elif found.extents and found.fraction < 1:
-        lines += ["  settings that meet " + ("all goals:" if several else "it:"), *map(_extent_line, found.extents)]
+        lines += ["  settings that meet " + ("all goals:" if several else "it:"), *_extent_lines(found.extents)]
     lines += [*_setting_lines(found), *_limit_lines(found), *_ground_lines(found)]
     if several:
         lines += _next_lines(found)
@@ -99,7 +99,7 @@ def _piece_lines(found: JointSet, several: bool) -> list[str]:
         f"  the settings that meet {goals} are in {len(found.pieces)} pieces, between which {'not all are' if several else 'it is not'} met:"
     ]
     for k, piece in enumerate(found.pieces, start=1):
-        lines += [f"   piece {k}, {100 * piece.fraction:.1f} % of the box:", *map(_extent_line, piece.extents)]
+        lines += [f"   piece {k}, {100 * piece.fraction:.1f} % of the box:", *_extent_lines(piece.extents)]
     return lines
 
 
@@ -141,10 +141,6 @@ def _ground_lines(found: JointSet) -> list[str]:
     ]
 
 
-def _ends(pair: tuple[float, float]) -> str:
-    return f"{number(pair[0])} to {number(pair[1])}"
-
-
 def _goal_lines(found: JointSet, several: bool) -> list[str]:
     lines = []
     for part in found.parts:
@@ -181,10 +177,8 @@ def _let_go(found: JointSet) -> str:
     return f"; if {freed.response.name} were let go, {share} would meet the rest"
 
 
-def _extent_line(extent: Extent) -> str:
-    note = "  not identified: its whole range will do" if extent.unidentified else ""
-    low, high = extent.coded
-    return f"    {extent.name}: {_ends(extent.physical)} (coded {low:.3f} to {high:.3f}){note}"
+def _extent_lines(extents: list[Extent]) -> list[str]:
+    return [f"    {extent_text(extent)}" for extent in extents]
 
 
 def _setting_lines(found: JointSet) -> list[str]:

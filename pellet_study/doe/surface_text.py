@@ -10,6 +10,7 @@ from pellet_study.doe.text import (
     anova_text,
     equation,
     exactly_equal,
+    extent_text,
     grid,
     head,
     loss,
@@ -156,13 +157,7 @@ def target_text(found: TargetSet) -> str:
     lines = [first, "  " + _shares(found)]
     if found.uncertainty:
         lines.append("  settings within the uncertainty:")
-    for extent in found.extents:
-        low, high = extent.coded
-        note = "  not identified: its whole range will do" if extent.unidentified else ""
-        lines.append(
-            f"  {extent.name}: {number(extent.physical[0])} to {number(extent.physical[1])} (coded {low:.3f} "
-            f"to {high:.3f}){note}"
-        )
+    lines += [f"  {extent_text(extent)}" for extent in found.extents]
     lines.append(f"recommended ({found.rule_in_words}): {point}")
     lines += _measurement_lines(found)
     return "\n".join(lines)

@@ -2,6 +2,7 @@
 
 from pellet_study.doe.blocks import offsets
 from pellet_study.doe.box_behnken import Surface
+from pellet_study.doe.coded_box import Extent
 from pellet_study.doe.lenth import Lenth
 from pellet_study.doe.linear_model import INTERCEPT, Interval
 from pellet_study.doe.plackett_burman import Screening
@@ -122,6 +123,24 @@ def loss(inflation: dict[str, float], than: str) -> str:
         "the runs that are there are not orthogonal: effects are least-squares estimates and share information; the "
         f"standard error of {worst} is {100 * (inflation[worst] - 1):.1f} % larger than {than}"
     )
+
+
+def extent_text(extent: Extent) -> str:
+    """The range of a factor on the settings that meet a target; what is not said by it where that is its whole range."""
+    low, high = extent.coded
+    text = f"{extent.name}: {between(extent.physical)} (coded {low:.3f} to {high:.3f})"
+    if not extent.unidentified:
+        return text
+    text += "  not identified: by this model both ends of its range will do"
+    if extent.alone == extent.physical:
+        return text + ", and all between them with the others as recommended"
+    text += ", the others set to suit"
+    return text if extent.alone is None else f"{text}; with the others as recommended {between(extent.alone)} will"
+
+
+def between(ends: tuple[float, float]) -> str:
+    """Two ends as `1 to 2`."""
+    return f"{number(ends[0])} to {number(ends[1])}"
 
 
 def percent(level: float) -> str:
