@@ -72,7 +72,7 @@ def _reduced(own, surface, found: Analysed):
     if own.drop is None and own.reduce is None and not own.select:
         return surface
     from pellet_study.doe import reduction, surface_text
-    from pellet_study.doe.cautions import selection_cautions, suspect_cautions, suspects_first
+    from pellet_study.doe.cautions import reduction_cautions, suspect_cautions, suspects_first
     from pellet_study.doe.linear_model import resolve_terms
     from pellet_study.doe.response_answers import reduced_answer
     from pellet_study.doe.response_text import selection_text
@@ -88,12 +88,13 @@ def _reduced(own, surface, found: Analysed):
         selection = select_by_aicc(surface)
         reduced, dropped = selection.surface, selection.dropped
         found.parts.append(selection_text(selection))
-        found.warnings += suspects_first(surface, selection_cautions(reduced)) if dropped else []
     if dropped or not own.select:
         found.parts.append(
             f"Reduced model, without {', '.join(dropped) or 'nothing'}{surface_text.SELECTED if dropped else ''}\n\n"
             + surface_text.surface_text(reduced)
         )
+        option = "--select" if own.select else "--drop" if own.reduce is None else "--reduce"
+        found.warnings += suspects_first(surface, reduction_cautions(surface, reduced, option)) if dropped else []
         repeated = suspect_cautions(reduced) or suspect_cautions(
             surface
         )  # a smaller model may hide what the full one shows
@@ -125,6 +126,7 @@ def _predict(own, found: Analysed) -> None:
         found.parts.append(back_transformed_text(found.response, levels, predicted))
     else:
         found.parts.append(text.prediction_text(levels, predicted))
+    found.parts[-1] = "\n".join([found.parts[-1], *text.selection_cautions([found.response])])
     if predicted.extrapolation:
         found.warnings.append(surface_text.EXTRAPOLATION)
     found.warnings += scale_cautions(found.response, coded)
@@ -132,11 +134,12 @@ def _predict(own, found: Analysed) -> None:
 
 
 def _target(own, found: Analysed) -> None:
-    from pellet_study.doe import answers, optimum, surface_text
+    from pellet_study.doe import answers, optimum, surface_text, text
 
     target, uncertainty = one_number("target", own.target), one_number("uncertainty", own.uncertainty) or 0.0
     found.target_set = optimum.target_set(found.response.surface, target, uncertainty, own.rule)
-    found.parts.append(surface_text.target_text(found.target_set))
+    lines = [surface_text.target_text(found.target_set), *text.selection_cautions([found.response])]
+    found.parts.append("\n".join(lines))
     if found.target_set.prediction.extrapolation:
         found.warnings.append(surface_text.EXTRAPOLATION)
     found.answer["optimum"] = answers.target_answer(found.target_set)

@@ -124,7 +124,7 @@ def surface_cautions(surface: Surface) -> list[str]:
     found = []
     helps = surface.box_cox is not None and surface.box_cox.transformation_needed
     transform = ", transform the response (--transform)" if helps else ""
-    if surface.lack_of_fit_p is not None and surface.lack_of_fit_p < surface.alpha:
+    if _lacks(surface):
         found.append(
             f"the lack of fit is significant ({p_in_words(surface.lack_of_fit_p)}): the surface misses the runs by more "
             f"than replicates differ, so its intervals are too narrow; look for a run that went wrong (Cook's D){transform}, "
@@ -135,21 +135,37 @@ def surface_cautions(surface: Surface) -> list[str]:
     return level_cautions(surface.table) + suspect_cautions(surface) + suspects_first(surface, found)
 
 
-def selection_cautions(selected: Surface) -> list[str]:
-    """What speaks against a model that AICc selected."""
+def reduction_cautions(full: Surface, reduced: Surface, option: str) -> list[str]:
+    """What speaks against a model whose terms an option (`--select`, `--reduce` or `--drop`) left out."""
     found = []
-    if len(selected.model.terms) == 1:
+    if len(reduced.model.terms) == 1 and option == "--select":
         found.append(
-            f"--select left no term: with {len(selected.model.response)} runs AICc holds none worth its price, and the "
+            f"--select left no term: with {len(reduced.model.response)} runs AICc holds none worth its price, and the "
             "selected model is the mean of all runs, which no setting changes; predict with the full model (without "
             "--select), or run more"
         )
-    if selected.lack_of_fit_p is not None and selected.lack_of_fit_p < selected.alpha:
-        found.append(
-            f"the lack of fit of the selected model is significant ({p_in_words(selected.lack_of_fit_p)}): --select left out "
-            "what acts; use the full model (without --select) or --reduce, which leaves out by p values"
-        )
-    return found
+    if not _lacks(reduced):
+        return found
+    head = f"the lack of fit of the reduced model is significant ({p_in_words(reduced.lack_of_fit_p)})"
+    if _lacks(full):
+        return [
+            *found,
+            f"{head}, as that of the full model is: leaving terms out mends no surface that misses its runs",
+        ]
+    less = {
+        "--select": " or --reduce, which leaves out by p values",
+        "--reduce": ", or leave out less (--reduce with a larger P)",
+    }
+    return [
+        *found,
+        f"{head}, and that of the full model is not (p {full.lack_of_fit_p:.4f}): {option} left out what acts; use the full "
+        f"model (without {option}){less.get(option, '')}",
+    ]
+
+
+def _lacks(surface: Surface) -> bool:
+    """Whether the lack of fit is significant."""
+    return surface.lack_of_fit_p is not None and surface.lack_of_fit_p < surface.alpha
 
 
 LEAST_SHARE = 5e-4

@@ -8,7 +8,7 @@ from pellet_study.doe import coded_box
 from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.box_search import lowest_and_highest
 from pellet_study.doe.factors import Factor
-from pellet_study.doe.linear_model import Interval, interval
+from pellet_study.doe.linear_model import Interval, interval, quadratic_terms
 from pellet_study.doe.transformation import Transformation
 
 
@@ -26,6 +26,11 @@ class FittedResponse:
     @property
     def factors(self) -> list[Factor]:
         return self.surface.table.factors
+
+    @property
+    def reduced(self) -> bool:
+        """Whether terms of the full quadratic were left out."""
+        return len(self.surface.model.terms) < len(quadratic_terms(self.surface.table.names))
 
     def _back(self, values):
         return values if self.transformation is None else self.transformation.back(values)

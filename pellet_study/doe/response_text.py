@@ -8,7 +8,7 @@ from pellet_study.doe.linear_model import Interval
 from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.selection import Selection
 from pellet_study.doe.surface_text import box_cox_text
-from pellet_study.doe.text import between, extent_text, grid, number, percent
+from pellet_study.doe.text import FOLLOWS_SELECTION, between, extent_text, grid, number, percent, selection_cautions
 from pellet_study.doe.transformation import parse_transformation
 
 
@@ -48,10 +48,7 @@ def selection_text(found: Selection) -> str:
     if not found.dropped:
         return f"{head}, and no less without any: no term is left out"
     text = f"{head}, {number(found.aicc[-1])} without {', '.join(found.dropped)}"
-    text += (
-        "\n  its price: the terms were chosen by the same runs that now test them, so the p values, intervals and R2 of "
-        "the reduced model follow the selection and look better than they are"
-    )
+    text += f"\n  its price: {FOLLOWS_SELECTION}"
     if found.r2_predicted_honest is not None:
         text += (
             f"; its predicted R2 is {number(found.surface.r2_predicted, 4)} as if the terms had been known beforehand, and "
@@ -87,6 +84,7 @@ def joint_text(found: JointSet) -> str:
     elif found.extents and found.fraction < 1:
         lines += ["  settings that meet " + ("all goals:" if several else "it:"), *_extent_lines(found.extents)]
     lines += [*_setting_lines(found), *_limit_lines(found), *_ground_lines(found)]
+    lines += selection_cautions(part.response for part in found.parts)
     if several:
         lines += _next_lines(found)
     return "\n".join(lines)

@@ -5,6 +5,7 @@ from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.published_designs import design_of
 from pellet_study.doe.text import (
     EQUAL_REPLICATES,
+    SATURATED,
     anova_text,
     exactly_equal,
     grid,
@@ -95,10 +96,7 @@ def screening_warnings(screening: Screening) -> list[str]:
     found = list(screening.table.notes)
     found += screening_cautions(screening)
     if screening.saturated:
-        found.append(
-            "the design is saturated: as many terms as runs, no residual, so no p values; judge the effects "
-            "by Lenth's margin of error and the half-normal plot"
-        )
+        found.append(f"{SATURATED}; judge the effects by Lenth's margin of error and the half-normal plot")
     if not screening.orthogonal:
         found.append(loss(screening.standard_error_inflation, "in an orthogonal design with as many runs"))
     if not screening.pure_error_df and not screening.saturated:

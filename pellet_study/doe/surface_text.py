@@ -7,6 +7,8 @@ from pellet_study.doe.cautions import surface_cautions, suspects_first
 from pellet_study.doe.optimum import TargetSet
 from pellet_study.doe.text import (
     EQUAL_REPLICATES,
+    FOLLOWS_SELECTION,
+    SATURATED,
     anova_text,
     equation,
     exactly_equal,
@@ -100,8 +102,7 @@ def surface_warnings(surface: Surface) -> list[str]:
     found = [*surface.table.notes, *surface_cautions(surface)]
     if surface.saturated:
         found.append(
-            "the design is saturated: as many terms as runs, no residual, so no p values; judge the effects "
-            "by Lenth's margin and a half-normal plot, or leave terms out with --drop"
+            f"{SATURATED}; judge the effects by Lenth's margin and a half-normal plot, or leave terms out with --drop"
         )
     if not surface.orthogonal:
         found.append(loss(surface.standard_error_inflation, "if it were orthogonal to the other terms"))
@@ -131,10 +132,8 @@ def _falls_short(surface: Surface) -> bool:
     return predicted is not None and predicted >= 0 and surface.r2_adjusted - predicted > PREDICTED_R2_GAP
 
 
-SELECTED = (
-    "\nIts terms were chosen by these very data: the p values and intervals below follow that selection and are too "
-    "small; those of the full model above are honest."
-)
+SELECTED = f"\nIn it {FOLLOWS_SELECTION}; those of the full model above are honest."
+"""Below the head of a reduced model."""
 
 
 EXTRAPOLATION = (

@@ -1,8 +1,11 @@
 """What the words about every analysis share: numbers, tables, equations, predictions; nothing is computed here."""
 
+from collections.abc import Iterable
+
 from pellet_study.doe.blocks import offsets
 from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.coded_box import Extent
+from pellet_study.doe.fitted_response import FittedResponse
 from pellet_study.doe.lenth import Lenth
 from pellet_study.doe.linear_model import INTERCEPT, Interval
 from pellet_study.doe.plackett_burman import Screening
@@ -104,6 +107,22 @@ def sparsity(lenth: Lenth) -> str:
         "do not judge by this margin"
     )
 
+
+FOLLOWS_SELECTION = (
+    "the terms were chosen by the same runs that now test them, so R2, p values and intervals follow that selection and look "
+    "better than they are"
+)
+"""Of any model whose terms were left out after the runs were seen."""
+
+
+def selection_cautions(responses: Iterable[FittedResponse]) -> list[str]:
+    """That the intervals of these responses follow a selection, where they do."""
+    names = [response.name for response in responses if response.reduced]
+    return [f"caution: in the model of {', '.join(names)} {FOLLOWS_SELECTION}"] if names else []
+
+
+SATURATED = "the design is saturated: as many terms as runs, no residual, so no p values"
+"""Of any fit that leaves no residual; what to judge by instead follows."""
 
 EQUAL_REPLICATES = (
     "the replicated runs are exactly equal, so the pure error is 0 and the lack of fit cannot be tested; check that "

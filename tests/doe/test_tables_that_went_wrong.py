@@ -212,7 +212,7 @@ def test_every_interval_has_its_level_and_a_reduced_model_says_what_its_p_values
     options = ("--predict", "A=0,B=0,C=0", "--target", 60, "--alpha", 0.1, "--reduce", 0.1)
     found = run(tmp_path, "bbd", "pandas_export.csv", *options)
     whole = capsys.readouterr().out
-    said = whole.split("\nresults:")[0].replace("p values and intervals below", "")
+    said = whole.split("\nresults:")[0].replace("p values and intervals follow", "")
     assert re.findall(r"interval", said) and not re.findall(
         r"(?<!% )(?<!% confidence )(?<!% prediction )interval", said
     )
