@@ -10,6 +10,7 @@ from pellet_study.commands.arguments import write_figures
 from pellet_study.commands.design_tables import (
     add_making_arguments,
     add_table_arguments,
+    again,
     check_arguments,
     kept,
     warn,
@@ -85,6 +86,7 @@ def run(arguments: argparse.Namespace) -> dict:
         return _design(arguments)
     if len(arguments.response) > 1 and (arguments.climb or arguments.climb_runs):
         raise InputError("a climb follows one response: name it alone with --response, and the others with --ignore")
+    from pellet_study.doe import screening_text
     from pellet_study.doe.factors import parse_factors
     from pellet_study.doe.labels import degraded
     from pellet_study.doe.path_table import named_in
@@ -122,7 +124,11 @@ def run(arguments: argparse.Namespace) -> dict:
         warn(degraded(first.screening.table.names, *(str(one.screening.table.response.name) for one in each.values())))
         prefixes = figure_prefixes(each)
         answer["figures"] = [path for name, one in each.items() for path in _figures(told[name], one, prefixes[name])]
-    done(kept(arguments), _after_the_path(first) or _next([one.screening for one in each.values()]))
+    screenings = [one.screening for one in each.values()]
+    following = _after_the_path(first) or _axial(arguments, screenings)
+    if following is None and (following := _next(screenings)):
+        say("".join(f"\n{line}" for line in screening_text.borderline_lines(screenings)))
+    done(kept(arguments), following)
     return answer
 
 
@@ -219,12 +225,26 @@ def _after_the_path(one: Screened) -> str | None:
     return f"bbd --design {words}" + (" --face-centred" if len(one.turning.next_factors) == 2 else "")
 
 
-def _next(screenings) -> str | None:
-    """The design of a surface in the factors that are clear of any response; None where there are not two of them."""
+def _axial(arguments, screenings) -> str | None:
+    """The runs that make a surface of a screening whose centre runs show curvature; None where none does."""
+    curved = [s.curvature for s in screenings if s.curvature and s.curvature.p is not None and s.curvature.p < s.alpha]
+    names = _clear(screenings)
+    if not curved or len(names) < 2:
+        return None
+    return f"design axial {again(arguments)} {shlex.join(['--factors', ','.join(names), '--output', 'surface.csv'])}"
+
+
+def _clear(screenings) -> list[str]:
+    """The factors that are clear of any response, but for those at named levels, which have no middle."""
     from pellet_study.doe.steepest_climb import significant
 
-    words_only = {factor.name for factor in screenings[0].table.factors if factor.levels}  # they have no middle
-    clear = sorted({name for screening in screenings for name in significant(screening)} - words_only)
+    words_only = {factor.name for factor in screenings[0].table.factors if factor.levels}
+    return sorted({name for screening in screenings for name in significant(screening)} - words_only)
+
+
+def _next(screenings) -> str | None:
+    """The design of a surface in the factors that are clear of any response; None where there are not two of them."""
+    clear = _clear(screenings)
     if len(clear) < 2:
         return None
     words = " ".join(shlex.quote(f"{name}=LOW,HIGH") for name in clear)
@@ -312,7 +332,9 @@ def _figures(own, one: Screened, prefix: str) -> list[str]:
             drawn["screening_residuals"] = figures.residual_plots(table, model, diagnostics(model), unit, own.alpha)
         if climb is not None:
             on_it = runs if runs is not None and {f.name for f in climb.factors} <= set(runs.columns) else None
-            drawn["climb"] = figures.climb_path(climb, unit, own.target, table.names, on_it, turning)
+            drawn["climb"] = figures.climb_path(
+                climb, unit, own.target, table.names, on_it, turning, response=str(table.response.name)
+            )
         if turning is not None:
             drawn["path"] = figures.path_runs(runs, turning, table.factors, unit, own.target, table.names)
         return {prefix + name: figure for name, figure in drawn.items()}

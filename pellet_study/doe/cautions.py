@@ -103,7 +103,8 @@ def screening_cautions(screening: Screening) -> list[str]:
         found.append(
             f"the curvature is significant (F {curvature.f:.4g}, {p_in_words(curvature.p)}): the centre runs read "
             f"{curvature.estimate:+.5g} away from the straight line, so it predicts nothing between the corners; do not "
-            "climb by it, but run a three-level design here (bbd --design) with the factors that act"
+            "climb by it, but add axial points to these runs (design axial), or run a three-level design here (bbd "
+            "--design), with the factors that act"
         )
     elif curvature and curvature.p is None:
         found.append(

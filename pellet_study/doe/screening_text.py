@@ -1,6 +1,9 @@
 """The analysis of a screening in words and tables."""
 
+from collections.abc import Sequence
+
 from pellet_study.doe.cautions import screening_cautions
+from pellet_study.doe.linear_model import interaction_terms
 from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.published_designs import design_of
 from pellet_study.doe.text import (
@@ -11,6 +14,7 @@ from pellet_study.doe.text import (
     grid,
     head,
     loss,
+    no_replicates,
     number,
     percent,
     probability,
@@ -70,6 +74,9 @@ def screening_text(screening: Screening) -> str:
 MANY_INTERACTIONS = 28
 """Beyond this number (8 factors) the aliases are summed up; the JSON answer has them all."""
 
+MOST_ALIASES = 6
+"""Interactions named of each main effect."""
+
 
 def _alias_text(screening: Screening) -> str:
     """Each main effect with the two-factor interactions it carries."""
@@ -82,13 +89,22 @@ def _alias_text(screening: Screening) -> str:
             f"{max(shares, default=0):.3g}"
         )
     lines = ["aliases: each effect also carries these shares of two-factor interactions"]
-    for name, of_pairs in screening.aliases.items():
-        groups: dict[str, list[str]] = {}
-        for pair, share in of_pairs.items():
-            groups.setdefault(f"{share:+.3g}", []).append(pair)
-        words = "; ".join(f"{share} of {', '.join(pairs)}" for share, pairs in groups.items())
-        lines.append(f"  {name}: {words or 'none'}")
-    return "\n".join(lines)
+    if max(map(len, screening.aliases.values())) > MOST_ALIASES:
+        lines[0] += f" ({MOST_ALIASES} of each, those of the factors with the largest effects; --json has all)"
+    return "\n".join([*lines, *(f"  {name}: {_alias_words(screening, name)}" for name in names)])
+
+
+def _alias_words(screening: Screening, name: str) -> str:
+    """The interactions that one effect carries, by their shares; of many those whose own factors act most."""
+    sizes = [abs(effect) for effect in screening.effects.values()]
+    parents = interaction_terms(screening.table.names)
+    of_pairs = screening.aliases[name]
+    told = sorted(of_pairs, key=lambda pair: -sizes[parents[pair][0]] * sizes[parents[pair][1]])[:MOST_ALIASES]
+    groups: dict[str, list[str]] = {}
+    for pair in filter(told.__contains__, of_pairs):
+        groups.setdefault(f"{of_pairs[pair]:+.3g}", []).append(pair)
+    words = "; ".join(f"{share} of {', '.join(pairs)}" for share, pairs in groups.items()) or "none"
+    return words + (f" and {len(of_pairs) - len(told)} more" if len(of_pairs) > len(told) else "")
 
 
 def screening_warnings(screening: Screening) -> list[str]:
@@ -100,7 +116,24 @@ def screening_warnings(screening: Screening) -> list[str]:
     if not screening.orthogonal:
         found.append(loss(screening.standard_error_inflation, "in an orthogonal design with as many runs"))
     if not screening.pure_error_df and not screening.saturated:
-        found.append("there are no replicated runs, so lack of fit cannot be tested and the residual holds both")
+        found.append(f"{no_replicates(screening)}, so lack of fit cannot be tested and the residual holds both")
     elif exactly_equal(screening):
         found.append(EQUAL_REPLICATES)
     return found
+
+
+def borderline_lines(screenings: Sequence[Screening]) -> list[str]:
+    """The factors that a next design takes on the strength of one p value among several, which Holm's count does not bear."""
+    lines = []
+    for s in screenings:
+        found = [name for name, p in s.p.items() if p is not None and p < s.alpha <= s.p_adjusted[name]]
+        if found:
+            words = ", ".join(
+                f"{name} (p {probability(s.p[name])}, Holm {probability(s.p_adjusted[name])})" for name in found
+            )
+            lines.append(
+                f"borderline for {s.table.response.name}: {words}; of {len(s.p)} factors without effect one or more has a p below "
+                f"{s.alpha:g} in about {100 * (1 - (1 - s.alpha) ** len(s.p)):.0f} % of screenings, so judge whether the next design "
+                "needs it"
+            )
+    return lines

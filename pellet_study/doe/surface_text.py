@@ -16,6 +16,7 @@ from pellet_study.doe.text import (
     grid,
     head,
     loss,
+    no_replicates,
     number,
     percent,
     prediction_text,
@@ -48,7 +49,8 @@ def surface_text(surface: Surface) -> str:
             f"{f.name} {number(float(f.physical(x)), 4)} (coded {x:.3f})"
             for f, x in zip(s.table.factors, s.stationary.coded, strict=True)
         )
-        parts.append(f"stationary point: {s.stationary.kind}, {number(s.stationary.predicted)} at {place}")
+        level = f"{s.table.response.name} {number(s.stationary.predicted)}"
+        parts.append(f"stationary point: {s.stationary.kind}, {level} at {place}")
     return "\n\n".join(parts)
 
 
@@ -109,7 +111,7 @@ def surface_warnings(surface: Surface) -> list[str]:
     if exactly_equal(surface):
         found.append(EQUAL_REPLICATES)
     if not surface.pure_error_df:
-        found.append("there are no replicated runs, so the lack of fit cannot be tested; replicate the centre point")
+        found.append(f"{no_replicates(surface)}, so the lack of fit cannot be tested; replicate the centre point")
     if surface.r2_predicted is None and not surface.saturated:
         found.append("one run alone carries a term (leverage 1), so the predicted R2 is undefined")
     elif _falls_short(surface):

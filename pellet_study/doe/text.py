@@ -7,7 +7,7 @@ from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.coded_box import Extent
 from pellet_study.doe.fitted_response import FittedResponse
 from pellet_study.doe.lenth import Lenth
-from pellet_study.doe.linear_model import INTERCEPT, Interval
+from pellet_study.doe.linear_model import INTERCEPT, Interval, pure_error
 from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.published_designs import UNKNOWN, design_of
 
@@ -133,6 +133,14 @@ EQUAL_REPLICATES = (
 def exactly_equal(analysis: Screening | Surface) -> bool:
     """Whether there are replicates, and no difference within them."""
     return any(row["source"] == "pure error" and row["sum_of_squares"] == 0 for row in analysis.anova)
+
+
+def no_replicates(analysis: Screening | Surface) -> str:
+    """That there is no pure error, and whether runs were repeated all the same."""
+    table = analysis.table
+    if table.blocks and pure_error(table.coded, table.response)[1]:
+        return "runs are repeated in different blocks only, where their scatter cannot be told from the blocks"
+    return "there are no replicated runs"
 
 
 def loss(inflation: dict[str, float], than: str) -> str:

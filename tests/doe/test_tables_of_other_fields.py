@@ -10,6 +10,7 @@ import pytest
 from pellet_study.__main__ import main
 from pellet_study.doe import box_behnken, screening_designs
 from pellet_study.doe.factors import factors_meant
+from pellet_study.doe.linear_model import columns_of, quadratic_terms
 from pellet_study.errors import InputError
 
 HEADINGS = (
@@ -226,3 +227,115 @@ def test_readings_with_decimal_commas_are_asked_for(tmp_path, capsys):
     assert answer(tmp_path, None, "bbd", *words, two.strip("'"))["validation"]["runs"]["mean"] == pytest.approx(9.2)
     assert answer(tmp_path, None, "bbd", *words, four.strip("'"))["validation"]["runs"]["n"] == 4
     assert answer(tmp_path, None, "bbd", *words, "9.1,9.3")["validation"]["runs"]["mean"] == pytest.approx(9.2)
+
+
+# ---------------------------------------------------------------------------------------- what the words claim
+def test_a_factor_that_is_not_identified_says_what_it_may_do_with_the_others_held(tmp_path, capsys):
+    """y = 60 + 4 A - 3 B: the target 60 +- 1 is met at any B with A to suit; at A = B = 0 within B = -1/3 to 1/3."""
+    frame = surface()[["A", "B", "C"]].assign(y=lambda f: 60 + 4 * f.A - 3 * f.B + 1e-6 * np.arange(len(f)) ** 2 % 3e-6)
+    found = answer(tmp_path, frame, "bbd", "--target", 60, "--uncertainty", 1)
+    a, b, c = found["optimum"]["extents"]
+    assert found["optimum"]["unidentified"] == ["A", "B", "C"] or found["optimum"]["unidentified"] == ["B", "C"]
+    assert b["alone"] == pytest.approx([-1 / 3, 1 / 3], abs=2e-3) and a["alone"] == pytest.approx(
+        [-0.25, 0.25], abs=2e-3
+    )
+    assert c["alone"] == pytest.approx([-1, 1])
+    said = capsys.readouterr().out
+    assert "both ends of its range will do, the others set to suit; with the others as recommended -0.33" in said
+    assert "both ends of its range will do, and all between them with the others as recommended" in said
+    joint = answer(tmp_path, None, "bbd", "--limits", "59,61")["joint"]["extents"]
+    assert joint[1]["coded"] == pytest.approx([-1, 1]) and joint[2]["alone"] == pytest.approx([-1, 1])
+
+
+@pytest.mark.parametrize("option", [["--drop", "AB,AC,BC,A2,B2,C2"], ["--reduce", "1e-4"], ["--select"]])
+def test_the_reduced_models_own_lack_of_fit_is_warned_of(tmp_path, capsys, option):
+    """Nine effects that the replicates show, fitted without some of them; a cube that no quadratic has."""
+    coded = box_behnken.coded_matrix(3, 5)
+    frame = pd.DataFrame(coded, columns=list("ABC"))
+    y = columns_of(coded, quadratic_terms(list("ABC"))) @ [7.2, 0.4, -0.4, 0.4, -0.8, 0.8, 0.8, -0.8, -0.8, 0.8]
+    y[-5:] += [0.5, -0.5, 0.25, -0.25, 0]
+    found = answer(tmp_path, frame.assign(y=y), "bbd", *option)
+    assert found["lack_of_fit_p"] > 0.05 > found["reduced"]["lack_of_fit_p"]
+    error = capsys.readouterr().err
+    assert f"{option[0]} left out what acts" in error and f"(without {option[0]})" in error
+    answer(tmp_path, frame.assign(y=y + 9 * frame.A * frame.B**2), "bbd", *option)
+    assert "as that of the full model is" in capsys.readouterr().err
+
+
+@pytest.mark.parametrize(
+    "words", [["--predict", "A=0,B=0,C=0"], ["--target", "60"], ["--limits", "58,62"], ["--maximise"]]
+)
+def test_what_rests_on_chosen_terms_says_so_in_the_same_words(tmp_path, capsys, words):
+    frame = surface()[["A", "B", "C", "yield (%)"]]
+    caution = "caution: in the model of yield (%) the terms were chosen by the same runs that now test them"
+    for option in (["--select"], ["--reduce"], ["--drop", "AC"]):
+        answer(tmp_path, frame, "bbd", *words, *option)
+        assert caution in capsys.readouterr().out
+    answer(tmp_path, frame, "bbd", *words)
+    assert "chosen by the same runs" not in capsys.readouterr().out
+
+
+# ---------------------------------------------------------------------------------------------------- screenings
+def test_curvature_leads_to_axial_points_on_the_same_table(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    frame = screening().assign(y=lambda f: f.y - 6 * f.A**2)
+    frame.insert(0, "Lauf", range(1, len(frame) + 1))
+    answer(tmp_path, frame, "pb")
+    told = capsys.readouterr()
+    (command,) = [
+        line.split("next: pellet-study ")[1] for line in told.out.splitlines() if "next: pellet-study" in line
+    ]
+    assert command.startswith("design axial") and "design axial" in told.err
+    assert main(shlex.split(command)) == 0
+    assert len(pd.read_csv(tmp_path / "surface.csv")) == len(frame) + 4 + 3
+
+
+def test_a_borderline_factor_of_the_hint_is_called_so(tmp_path, capsys):
+    rng = np.random.default_rng(2)
+    coded = screening_designs.coded_matrix(6, 12, 0)
+    frame = pd.DataFrame(coded, columns=list("ABCDEF"))
+    frame["y"] = 20 + coded @ [6, 4, 0.75, 0, 0, 0] + rng.normal(size=len(coded))
+    found = answer(tmp_path, frame, "pb")
+    borderline = [name for name, p in found["p"].items() if p < 0.05 <= found["p_adjusted"][name]]
+    said = capsys.readouterr().out
+    assert borderline and all(f"{name} (p " in said.split("borderline for y: ")[1] for name in borderline)
+    assert "26 % of screenings" in said  # 1 - 0.95^6
+    answer(tmp_path, frame[["A", "B", "y"]], "pb")
+    assert "borderline" not in capsys.readouterr().out
+
+
+def test_long_lists_of_aliases_name_those_of_the_factors_that_act(tmp_path, capsys):
+    coded = screening_designs.coded_matrix(8, 12, 0)
+    frame = pd.DataFrame(coded, columns=list("ABCDEFGH"))
+    frame["y"] = 20 + coded @ [6, 4, 3, 0.1, -0.1, 0.05, 0, 0.02] + 0.01 * np.arange(12) ** 2 % 0.7
+    found = answer(tmp_path, frame, "pb")
+    lines = {line.split(":")[0].strip(): line for line in capsys.readouterr().out.splitlines() if line.endswith("more")}
+    assert (
+        set(lines) == set("ABCDEFGH")
+        and all("BC" in lines[name] for name in "ADEFGH")
+        and len(found["aliases"]["A"]) > 6
+    )
+    assert all(len(line) < 80 for line in lines.values())
+
+
+def test_replicates_in_blocks_are_not_called_none(tmp_path, capsys):
+    frame = pd.concat([screening(centre=0)] * 2).assign(day=np.repeat(["a", "b"], 8))[["A", "B", "C", "day", "y"]]
+    answer(tmp_path, frame, "pb", "--block", "day")
+    error = capsys.readouterr().err
+    assert "runs are repeated in different blocks only" in error and "no replicated runs" not in error
+    answer(tmp_path, screening(centre=0), "pb")
+    assert "no replicated runs" in capsys.readouterr().err
+
+
+def test_the_stationary_point_and_the_climb_carry_the_responses_name(tmp_path, capsys):
+    from pellet_study.doe import figures, plackett_burman, steepest_climb
+    from pellet_study.doe.design_table import code_design
+
+    frame = surface()[["A", "B", "C", "yield (%)"]].rename(columns={"yield (%)": "ΔE"})
+    found = answer(tmp_path, frame, "bbd")
+    value = found["stationary_point"]["predicted"]
+    assert f", ΔE {value:.5g} at A " in capsys.readouterr().out
+    analysis = plackett_burman.analyse(code_design(screening().rename(columns={"y": "ΔE"})))
+    climb = steepest_climb.path(*steepest_climb.first_order_model(analysis))
+    drawn = figures.climb_path(climb, "", response="ΔE")
+    assert drawn.axes[0].get_ylabel() == "ΔE"

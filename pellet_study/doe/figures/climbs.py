@@ -23,13 +23,14 @@ def climb_path(
     runs: pd.DataFrame | None = None,
     turning: Turning | None = None,
     ax=None,
+    response: str = "response",
 ):
     """Predicted response along a path with its prediction interval; `names` are those of all factors of the table.
 
     The levels stand below each point; long names once, below them all, in the same order. Runs made on the path (factors in
     physical units, the response last) stand where they lie along it, the best of them as `turning` found it.
     """
-    name = drawable([factor.name for factor in climb.factors] if names is None else names)
+    name = drawable([factor.name for factor in climb.factors] if names is None else names, response)
     figure, axes = _axes(climb.factors, len(climb.predicted), name, ax)
     steps = np.arange(1, len(climb.predicted) + 1)
     axes.plot(steps, climb.predicted, "o-", color=style.MODEL, label="predicted")
@@ -47,7 +48,7 @@ def climb_path(
         _draw_runs(axes, _along(climb, runs), runs.iloc[:, -1].to_numpy(dtype=float), turning)
     _target(axes, target)
     _levels(axes, steps, climb.points, climb.factors, name, figure.get_figwidth())
-    _finish(figure, axes, name(with_unit("response", unit)), ax)
+    _finish(figure, axes, name(with_unit(response, unit)), ax)
     return figure
 
 
