@@ -301,7 +301,7 @@ def test_a_borderline_factor_of_the_hint_is_called_so(tmp_path, capsys):
     assert borderline and all(f"{name} (p " in said.split("borderline for y: ")[1] for name in borderline)
     assert "26 % of screenings" in said  # 1 - 0.95^6
     answer(tmp_path, frame[["A", "B", "y"]], "pb")
-    assert "borderline" not in capsys.readouterr().out
+    assert "borderline for" not in capsys.readouterr().out
 
 
 def test_long_lists_of_aliases_name_those_of_the_factors_that_act(tmp_path, capsys):
