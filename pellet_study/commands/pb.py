@@ -125,7 +125,7 @@ def run(arguments: argparse.Namespace) -> dict:
         prefixes = figure_prefixes(each)
         answer["figures"] = [path for name, one in each.items() for path in _figures(told[name], one, prefixes[name])]
     screenings = [one.screening for one in each.values()]
-    following = _after_the_path(first) or _axial(arguments, screenings)
+    following = _after_the_path(first) or _along_the_path(arguments, first) or _axial(arguments, screenings)
     if following is None and (following := _next(screenings)):
         say("".join(f"\n{line}" for line in screening_text.borderline_lines(screenings)))
     done(kept(arguments), following)
@@ -223,6 +223,20 @@ def _after_the_path(one: Screened) -> str | None:
         shlex.quote(f"{f.name}={min(f.low, f.high):.10g},{max(f.low, f.high):.10g}") for f in one.turning.next_factors
     )
     return f"bbd --design {words}" + (" --face-centred" if len(one.turning.next_factors) == 2 else "")
+
+
+def _along_the_path(arguments, one: Screened) -> str | None:
+    """The same command with the runs made on the path, to be written to climb.csv; None where there is no path or they are there."""
+    if one.climb is None or one.runs is not None:
+        return None
+    words = ["--climb", arguments.climb, "--climb-runs", "climb.csv"]
+    for name, usual in (("factors", None), ("points", 6), ("start", "centre"), ("step", None)):
+        value = getattr(arguments, f"climb_{name}")
+        words += [] if value == usual else [f"--climb-{name}", str(value)]
+    words += [word for limits in arguments.climb_limits for word in ("--climb-limits", limits)]
+    words += [f"--{name}" for name in ("descend", "lowest") if getattr(arguments, name)]
+    words += [] if arguments.target is None else [f"--target={arguments.target:g}"]
+    return f"pb {again(arguments)} {shlex.join(words)}"
 
 
 def _axial(arguments, screenings) -> str | None:

@@ -123,10 +123,11 @@ def screening_warnings(screening: Screening) -> list[str]:
 
 
 def borderline_lines(screenings: Sequence[Screening]) -> list[str]:
-    """The factors that a next design takes on the strength of one p value among several, which Holm's count does not bear."""
+    """The factors that a next design takes on the strength of a p value which Holm's count of the factors does not bear."""
     lines = []
+    clear = {name for s in screenings for name, p in s.p_adjusted.items() if p is not None and p < s.alpha}
     for s in screenings:
-        found = [name for name, p in s.p.items() if p is not None and p < s.alpha <= s.p_adjusted[name]]
+        found = [name for name, p in s.p.items() if p is not None and p < s.alpha and name not in clear]
         if found:
             words = ", ".join(
                 f"{name} (p {probability(s.p[name])}, Holm {probability(s.p_adjusted[name])})" for name in found
