@@ -131,7 +131,7 @@ DESIGN = {
     "normality": "Shapiro and Wilk's test of the residuals",
     "box_cox": "the power that would make the residuals normal, with its interval",
     "stationary_point": "where the surface is level, and whether that is a maximum, a minimum or a saddle",
-    "optimum": "the settings that meet the target, and how much of the box does",
+    "optimum": "the settings that meet the target, and how much of the box does; of `extents` `alone` is the range of a factor with the others as recommended",
 }  # fmt: skip
 AUDIT = {
     "rows": "every number recomputed: printed, recomputed, verdict, reason",

@@ -60,13 +60,15 @@ def validate(told: dict, each: dict, joint, parts: list[str], warnings: list[str
     """Declare the margins, or test the validation runs of each response that has some; into its answer and the words."""
     from pellet_study.doe.validation_text import together_text
 
-    shown = {}
+    shown: dict[str, bool] = {}
+    untested = []
     for name, own in told.items():
         if own.declare_margin:
             _declare(own, each[name], parts)
     where = None
     for name, own in told.items():
         if not own.verify:
+            untested += [name] if any(getattr(own, goal) is not None for goal in GOALS) else []
             continue
         if where is None:
             where = _setting_of_runs(own, each[name], joint)
@@ -74,8 +76,8 @@ def validate(told: dict, each: dict, joint, parts: list[str], warnings: list[str
         met = _verify(own, each[name], where, len(told) > 1, parts, warnings)
         if met is not None:
             shown[name] = met
-    if len(shown) > 1:
-        parts.append(together_text(shown, next(iter(told.values())).alpha))
+    if shown and len(shown) + len(untested) > 1:
+        parts.append(together_text(shown, untested, next(iter(told.values())).alpha))
 
 
 def _declare(own, one, parts: list[str]) -> None:

@@ -48,9 +48,9 @@ def _head(response: str) -> str:
     return f"validation{f' of {response}' if response else ''}: runs mean"
 
 
-def together_text(shown: dict[str, bool], alpha: float) -> str:
+def together_text(shown: dict[str, bool], untested: list[str], alpha: float) -> str:
     """Whether the goals of several responses are all shown to be met; the level of all is that of each test."""
-    missing = [name for name, met in shown.items() if not met]
+    missing = [name for name, met in shown.items() if not met] + untested
     if missing:
         return f"all goals together: not shown, for want of {', '.join(missing)}"
     return f"all goals together: shown; where one of them is not met, all tests pass with a probability of {alpha:g} at most"

@@ -198,6 +198,8 @@ def test_the_commands_after_joint_goals_check_the_setting_for_all_responses(tmp_
     )
     assert main([word.replace("9.1,9.3,9.2", "9.9,10.1,10.3") for word in readings]) == 0
     assert "all goals together: not shown, for want of cost" in capsys.readouterr().out
+    assert main(readings[:-2]) == 0  # the cost was not measured
+    assert "all goals together: not shown, for want of cost" in capsys.readouterr().out
 
 
 def test_goals_out_of_reach_are_not_to_be_checked(tmp_path, capsys):
@@ -339,3 +341,24 @@ def test_the_stationary_point_and_the_climb_carry_the_responses_name(tmp_path, c
     climb = steepest_climb.path(*steepest_climb.first_order_model(analysis))
     drawn = figures.climb_path(climb, "", response="ΔE")
     assert drawn.axes[0].get_ylabel() == "ΔE"
+
+
+def test_a_path_is_followed_by_the_command_that_reads_its_runs(tmp_path, capsys, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    climb = [
+        "--climb",
+        "gradient",
+        "--climb-step",
+        "A=0.5",
+        "--climb-limits",
+        "A=-9,9",
+        "--climb-limits",
+        "B=-9,9",
+        "--target",
+        "-5",
+    ]
+    answer(tmp_path, screening(), "pb", *climb)
+    (command,) = commands_of(capsys)
+    path_runs().to_csv(tmp_path / "climb.csv", index=False)
+    assert main(shlex.split(command)) == 0
+    assert "the path" in capsys.readouterr().out and "--target=-5" in command
