@@ -20,6 +20,9 @@ PAIRED_EFFECT = 8  # in a paired rig
 EFFECT_SEEDS = 0.5  # share of a mean's seeds that they take
 STREAMS, CHECK = 400, 500  # numbers of the streams of seeds and places: of effects by their names; of checks
 BLOCKS = 2  # of seeds, of a direct simulation
+# Points of a stream whose seeds stand in its own thousand: an effect takes at least 2/5 of a mean's seeds (2 of 5), so its
+# thousand may begin after 400 points of the base surface. The rest stand beyond the thousands of all streams.
+IN_ITS_THOUSAND, BEYOND = 400, 1000 * 1000 * 2**20
 Values = tuple[tuple[str, float], ...]
 
 
@@ -113,7 +116,7 @@ class Plan:
         p, count = len(factors), self._in_block(site) * self.blocks.get(site.rig, 1)
         stream, seeds = self._stream(site), self.seeds(site)
         return [
-            Point(site, _values(factors, x), (), (1000 * stream + k) * seeds, seeds)
+            Point(site, _values(factors, x), (), _first_seed(stream, k, seeds), seeds)
             for k, x in enumerate(spread(count, p, seed=1 + stream))
         ]
 
@@ -140,7 +143,7 @@ class Plan:
             there = [base[k // count * block + (stream + k % count) % block] for k in all_of_them]
         else:
             x, u = places[:, : len(factors)], np.tile(of_block, blocks)
-            there = [Point(site, _values(factors, x[k]), (), (1000 * stream + k) * seeds, seeds) for k in all_of_them]
+            there = [Point(site, _values(factors, x[k]), (), _first_seed(stream, k, seeds), seeds) for k in all_of_them]
         absent, reach = self._reach(name)
         found = []
         for point, amount, place in zip(there, u, places[:, len(factors) :], strict=True):
@@ -159,7 +162,7 @@ class Plan:
         for site in self.sites(request):
             values = tuple((k, float(request.parameters[k][0, 0])) for k in self.factors(site))
             seeds = self.seeds(site)
-            first = 1000 * self._stream(site, CHECK) * seeds
+            first = _first_seed(self._stream(site, CHECK), 0, seeds)
             found.append([Point(site, values, effects, first + b * seeds, seeds) for b in range(BLOCKS)])
         return found
 
@@ -193,6 +196,12 @@ class Plan:
     def _shape(self, name: str, shape: str) -> Range:
         quantity = self.catalogue.effects[name].parameters[shape]
         return Range(*quantity.get("physical", (quantity["min"], quantity["max"])))
+
+
+def _first_seed(stream: int, k: int, seeds: int) -> int:
+    """The first of the seeds of a stream's k-th point; no stream of another number has any of them."""
+    more, k = divmod(k, IN_ITS_THOUSAND)
+    return (BEYOND * more + 1000 * stream + k) * seeds
 
 
 def spread(count: int, dimensions: int, seed: int) -> np.ndarray:
