@@ -1,7 +1,7 @@
 """The machine-readable form of each answer."""
 
 import statistics
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import asdict
 
 from pellet_study.criticism.calibration import CalibratedStudy, surface_error
@@ -102,7 +102,13 @@ def lone_row(compared: Comparison) -> dict | None:
         return None
     own = next(r for r in compared.rows if r.row is found.row)
     told = {**row_of(own), "predicted": found.predicted, "residual": found.row.value - found.predicted, "z": None}
-    return {**told, "grade": found.grade, "lack_of_fit_p": found.lack_of_fit_p, "unit": found.unit}
+    return {
+        **told,
+        "grade": found.grade,
+        "lack_of_fit_p": found.lack_of_fit_p,
+        "unit": found.unit,
+        "with_effects": list(found.with_effects),
+    }
 
 
 def replicates_over_sd(compared: Comparison) -> dict[str, dict[str, float]]:
@@ -253,10 +259,13 @@ def diagnosis(diagnosed: Diagnosis) -> dict:
         "holdout_contradicts": compared.holdout_contradicts,
         "holdout_limit_p": HELD_OUT_FAILS,
         "fitted_too": None if too is None else {**asdict(too), "effects": tied(too.effects)},
-        "undone": None if undone is None else {**asdict(undone), "effects": tied(undone.effects)},
+        "undone": None
+        if undone is None
+        else {**asdict(undone), "effects": tied(undone.effects), "units": units_in(compared, undone.by_rig)},
         "undone_tested": diagnosed.undone_tested,
         "by_time": [time_drift(one, compared) for one in diagnosed.by_time],
         "unordered": diagnosed.unordered,
+        "faint": list(diagnosed.faint),
         "noise_share": compared.noise_share,
         "limited": None if diagnosed.limited is None else asdict(diagnosed.limited),
         "drifting": [
@@ -285,6 +294,12 @@ def drifting_words(found: Drifting, compared: Comparison) -> str:
         f"{number(first, 3)} at {number(low)} to {number(last, 3)}{said} at {number(high)}: the right kind of effect by another "
         "law, or a look-alike"
     )
+
+
+def units_in(compared: Comparison, by_rig: Mapping[str, Mapping[str, float]]) -> dict[str, str]:
+    """Units of observables, as declared."""
+    names = {name for of_rig in by_rig.values() for name in of_rig}
+    return {name: unit for name, unit in compared.units.items() if name in names}
 
 
 def units_of(compared: Comparison, effect: str) -> dict[str, str]:

@@ -6,7 +6,8 @@ import numpy as np
 from scipy import special
 
 from pellet_study.criticism.cell_means import CellMeans, cell_means
-from pellet_study.criticism.least_squares import Fit, fit, problem_of
+from pellet_study.criticism.least_squares import Fit, fit, problem_of, with_starts
+from pellet_study.criticism.starts import points_along
 from pellet_study.errors import SimulationError
 from pellet_study.model.model import Model, refuse_too_few
 from pellet_study.output.words import number
@@ -26,11 +27,16 @@ class CalibratedStudy:
 
 
 def fit_study(
-    study: Study, model: Model | None = None, cells: CellMeans | None = None, extra_starts: int = 3
+    study: Study,
+    model: Model | None = None,
+    cells: CellMeans | None = None,
+    extra_starts: int = 3,
+    start: np.ndarray | None = None,
 ) -> CalibratedStudy:
     """Fit a study's free constants to its rows of split `fit`.
 
-    `cells` may be those of another model of the same rows.
+    `cells` may be those of another model of the same rows, `start` a point at which an effect present was found: without it
+    formulas are tried along the whole reach of each.
 
     Raises
     ------
@@ -40,11 +46,14 @@ def fit_study(
     model = model or Model(study)
     problem = problem_of(model, extra_starts)
     refuse_too_few(len(rows), len(problem.free))
-    if cells is not None:
-        return CalibratedStudy(study, model, cells, fit(model, cells, problem))
-    refuse_failed(model)
-    cells = cell_means(model, rows)
+    given = cells is not None
+    if cells is None:
+        refuse_failed(model)
+        cells = cell_means(model, rows)
+    problem = with_starts(problem, [start] if start is not None else points_along(model, cells, problem))
     first = fit(model, cells, problem)
+    if given:
+        return CalibratedStudy(study, model, cells, first)
     noisy = with_simulator_noise(cells, model, first.point)
     return CalibratedStudy(study, model, noisy, first if noisy is cells else fit(model, noisy, problem))
 
@@ -137,6 +146,7 @@ def part_of(cells: CellMeans, kept: np.ndarray) -> CellMeans:
     return replace(
         cells,
         group=group,
+        setups=tuple(one for one, stays in zip(cells.setups, kept, strict=False) if stays),
         case=cells.case[kept],
         mean=cells.mean[kept],
         sd=cells.sd[kept],

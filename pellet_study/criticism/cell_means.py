@@ -30,6 +30,7 @@ class CellMeans:
     dof : degrees of freedom of the stated or pooled standard deviations; 0 where the scale is unknown
     replicate_chi2 : scatter of rows about their cell mean over its expectation
     replicate_chi2_of : {(rig, observable): its part of that}
+    setups : (n,) set-up and `setup_sd` of each cell
     warnings : what the reader must know
     group : (n,) number of each cell's rig and observable, whose standard deviations were found together
     group_dof : degrees of freedom of each group's standard deviation
@@ -47,6 +48,7 @@ class CellMeans:
     group_dof: tuple[int, ...] = ()
     contradicted: Mapping[tuple[str, str], float] = field(default_factory=dict)
     replicate_chi2_of: Mapping[tuple[str, str], float] = field(default_factory=dict)
+    setups: tuple[tuple[str, float], ...] = ()
 
     @property
     def scale_known(self) -> bool:
@@ -94,6 +96,7 @@ def cell_means(model: Model, rows: Sequence[Measurement]) -> CellMeans:
         group_dof=dof_of_groups(groups.values()),
         contradicted={name: g.contradicted for name, g in groups.items() if g.contradicted is not None},
         replicate_chi2_of={name: float(sum(g.replicate_chi2)) for name, g in groups.items()},
+        setups=tuple((cell[0].setup, cell[0].setup_sd) for cell in cells),
     )
 
 

@@ -21,14 +21,14 @@ import numpy as np
 from pellet_study.criticism.calibration import CalibratedStudy, fit_study, reduced_chi2
 from pellet_study.criticism.compare import Comparison, compare
 from pellet_study.criticism.constancy import freed
-from pellet_study.criticism.explanations import DOUBTFUL, TIE, explanations
+from pellet_study.criticism.explanations import DOUBTFUL, TIE, explanations, penalised, tied
 from pellet_study.criticism.lack_of_fit import absorbed_basis
 from pellet_study.criticism.least_squares import ROUNDS, Fit
 from pellet_study.criticism.near_misses import Drifting, near_misses
 from pellet_study.criticism.next_measurement import NextMeasurement, next_measurement
 from pellet_study.criticism.outcomes import Outcome, nearest_miss, outcome_of
 from pellet_study.criticism.possible import FEW_LEVELS
-from pellet_study.criticism.ranking import Scores, Suspect, ranking_of, unjudged, unsimulated
+from pellet_study.criticism.ranking import PLAUSIBLE, Scores, Suspect, ranking_of, unjudged, unsimulated, with_faint
 from pellet_study.criticism.rivals import Rival, failing_rigs, judge, objection_to, refits
 from pellet_study.criticism.score_tests import VISIBLE, exceedance, largest_null, standardised
 from pellet_study.criticism.signatures import Signature, signatures
@@ -51,7 +51,8 @@ class Diagnosis:
     what would change the verdict, as far as it was looked for (`robustness`). `drifting` says of each effect named how its
     amount drifts, where that is what it takes to explain the data; empty where one amount does. `by_time` are drifts of
     readings with time that explain it as well, `unordered` says that no row tells when it was taken;
-    `limited` where the scatter of the simulations leaves it undecided.
+    `limited` where the scatter of the simulations leaves it undecided. `faint` are those named that show by too small a share
+    to be seen by themselves.
     """
 
     verdict: Verdict
@@ -73,6 +74,7 @@ class Diagnosis:
     by_time: tuple[TimeDrift, ...] = ()
     unordered: bool = False
     limited: Limited | None = None
+    faint: tuple[str, ...] = ()
 
     @property
     def named(self) -> tuple[tuple[str, ...], ...]:
@@ -102,6 +104,7 @@ class Prepared:
     signatures : all signatures of the candidates
     basis : what the calibrated constants absorb
     hopeless : too few different cases beyond the constants for any effect to show
+    least : length of a signature that reaches the scatter of the readings, which without sd is that about the fit
     """
 
     comparison: Comparison
@@ -111,11 +114,18 @@ class Prepared:
     basis: np.ndarray
     hopeless: bool
     warnings: tuple[str, ...]
+    least: float = 1.0
 
     @cached_property
     def shown(self) -> list[Signature]:
         """Signatures that the calibration does not absorb, of an effect that may become large enough to be seen."""
-        return [s for s in self.signatures if s.visible_share >= VISIBLE and s.length >= 1.0]
+        return [s for s in self.signatures if s.visible_share >= VISIBLE and s.length >= self.least]
+
+    @cached_property
+    def faint(self) -> list[Signature]:
+        """Those of effects that show by too small a share for the gate, but may reach the scatter of the readings."""
+        shown = {s.effect for s in self.shown}
+        return [s for s in self.signatures if s.effect not in shown and s.length >= self.least]
 
 
 @dataclass(frozen=True)
@@ -182,6 +192,12 @@ def diagnose(
             below = chosen[0].fit.chi2 + TIE * reduced_chi2(state, chosen[0].fit) if chosen else np.inf
             near, drifting = near_misses(state, singles_in_range, prepared.shown, plausible, below)
             chosen = near or chosen
+    faint: list[Rival] = []
+    if chosen and not drifting:
+        best = min(chosen, key=lambda r: penalised(r, state))
+        faint = tied(state, faint_rivals(state, prepared), best)
+        chosen = sorted([*chosen, *faint], key=lambda r: penalised(r, state))
+        ranking = with_faint(state, ranking, faint)
     by_time = time_alike(state, prepared, chosen) if needed else ()
     named = {r.effects for r in chosen}
     rest = sorted((r for r in rivals if r.effects not in named), key=lambda r: r.fit.chi2)
@@ -214,7 +230,25 @@ def diagnose(
         drifting=drifting,
         by_time=by_time,
         unordered=unordered(study),
+        faint=tuple(r.effects[0] for r in faint),
     )
+
+
+def faint_rivals(state: CalibratedStudy, prepared: Prepared) -> list[Rival]:
+    """Effects that show too little for the gate and explain the data all the same, where something else is named.
+
+    They cannot raise an alarm, but what they explain as well may not be named without them.
+    """
+    if not prepared.faint:
+        return []
+    scores = np.array([s.unit for s in prepared.faint]) @ state.fit.residual
+    fits, beyond = refits(state, prepared.faint, scores)
+    possible = {
+        name: fitted
+        for name, fitted in fits.items()
+        if name not in beyond or fitted.chi2 - beyond[name].chi2 <= PLAUSIBLE * reduced_chi2(state, beyond[name])
+    }
+    return [r for r in judge(state, possible.values(), prepared.shown) if r.explains]
 
 
 def time_alike(state: CalibratedStudy, prepared: Prepared, chosen: Sequence[Rival]) -> tuple[TimeDrift, ...]:
@@ -248,6 +282,7 @@ def prepare(study: Study, state: CalibratedStudy, comparison: Comparison) -> Pre
         signatures=tuple(s for s in taken if s.effect not in lost),
         basis=basis,
         hopeless=too_few,
+        least=1.0 if cells.scale_known else min(1.0, float(np.sqrt(reduced_chi2(state, fitted)))),
         warnings=tuple(dict.fromkeys([*comparison.warnings, *state.model.warnings])),
     )
 

@@ -31,13 +31,15 @@ REACH = 1.5  # times beyond what the constants can make, to allow for what the m
 
 @dataclass(frozen=True)
 class LoneRow:
-    """A row without which a model that does not fit does; `predicted` without it, `unit` the hint of another unit."""
+    """A row without which a model that does not fit does, `with_effects` where that takes some; `predicted` without it, `unit`
+    the hint of another unit."""
 
     row: Measurement
     predicted: float
     grade: Grade
     lack_of_fit_p: float | None
     unit: str
+    with_effects: tuple[str, ...] = ()
 
 
 def far_off(state: CalibratedStudy) -> float | None:
@@ -50,6 +52,7 @@ def far_off(state: CalibratedStudy) -> float | None:
 def lone_row(state: CalibratedStudy, rows: Sequence[RowResidual], limit: float | None) -> LoneRow | None:
     """The one row that keeps a model from fitting; None where several do, or replicates stand beside it."""
     cells, model = state.cells, state.model
+    candidates = state.study.absent()
     if limit is None or len(cells.case) - 1 <= len(state.fit.problem.free):
         return None
     place = {key(case): k for k, case in enumerate(model.cases)}
@@ -58,6 +61,9 @@ def lone_row(state: CalibratedStudy, rows: Sequence[RowResidual], limit: float |
         if r.row.split == "fit":
             alone.setdefault(place[key(r.row)], []).append(r)
     worst = [of_case[0] for of_case in alone.values() if len(of_case) == 1 and abs(of_case[0].z or 0.0) > limit]
+    worst = [
+        r for r in worst if not (candidates and at_an_end(r.row, state.study.rows))
+    ]  # an effect may show there only
     found: list[tuple[float, LoneRow]] = []
     for one in sorted(worst, key=lambda r: -abs(r.z or 0.0))[:TRIED]:
         case = place[key(one.row)]
@@ -69,11 +75,23 @@ def lone_row(state: CalibratedStudy, rows: Sequence[RowResidual], limit: float |
             continue
         predicted = float(model.predict(without.fit.point).mean[0, case])
         unit = state.study.catalogue.rigs[one.row.rig].units.get(one.row.observable, "")
-        found.append((lack, LoneRow(one.row, predicted, grade, lack, _as_predicted(one.row.value, predicted, unit))))
+        found.append((lack, LoneRow(one.row, predicted, grade, lack, as_predicted(one.row.value, predicted, unit))))
     return max(found, key=lambda item: item[0])[1] if found else None
 
 
-def _as_predicted(value: float, predicted: float, unit: str) -> str:
+def at_an_end(row: Measurement, rows: Sequence[Measurement]) -> bool:
+    """Whether a row is the only one at the lowest or the highest level of a condition in its rig."""
+    for name, value in row.conditions.items():
+        levels = [
+            float(r.conditions[name]) for r in rows if r.rig == row.rig and not isinstance(r.conditions[name], str)
+        ]
+        ends = (min(levels), max(levels)) if len(set(levels)) > 1 else ()
+        if value in ends and levels.count(float(value)) == 1:
+            return True
+    return False
+
+
+def as_predicted(value: float, predicted: float, unit: str) -> str:
     """`15.4 cm would be 154 mm`, where that is near what is predicted and the value as it stands is not; else nothing."""
     if value * predicted <= 0 or 1 / NEAR < value / predicted < NEAR:
         return ""

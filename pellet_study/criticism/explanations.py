@@ -9,7 +9,8 @@ from pellet_study.criticism.calibration import CalibratedStudy, reduced_chi2
 from pellet_study.criticism.lack_of_fit import lack_of_fit
 from pellet_study.criticism.least_squares import Fit, fit_many
 from pellet_study.criticism.rivals import Rival, best_signatures, judge, rival_problem, starting_at
-from pellet_study.criticism.signatures import Signature, columns_of
+from pellet_study.criticism.signatures import Signature
+from pellet_study.criticism.ways import columns_of
 
 # chi2 within which rivals explain alike: one at the margin is exp(-4.3/2), a ninth, as likely as the best; in the trials of
 # results/hidden_effect the hidden effect is then among the tied where a smaller margin loses it

@@ -228,16 +228,36 @@ def undone_words(diagnosis: dict) -> str:
     if found is None:
         stood = diagnosis["verdict"] in (Verdict.MISSING, Verdict.TIED) and diagnosis.get("undone_tested")
         return "it stands with one standard error of undeclared set-up scatter too" if stood else ""
-    sizes = ", ".join(
-        f"{rig} {observable} {number(scatter, 2)}"
-        for rig, of_rig in found["by_rig"].items()
-        for observable, scatter in of_rig.items()
-    )
     left = names_of(found["effects"])
     return (
         f"set-up scatter that replicates do not see, of {number(found['standard_errors'], 2)} standard errors of a mean "
-        f"({sizes}), would undo this (then {found['verdict']}{' ' + left if left else ''}); state what is known of it in setup_sd"
+        f"(setup_sd of {setup_words(found)}), would undo this (then {found['verdict']}"
+        f"{' ' + left if left else ''}); state what is known of it in setup_sd"
     )
+
+
+def setup_words(found: Mapping) -> str:
+    """What to enter as `setup_sd`: `drop rebound_mm 0.4 mm`, or row by row where rows differ."""
+    said = []
+    for rig, of_rig in found["by_rig"].items():
+        for observable, median in of_rig.items():
+            unit = (found.get("units") or {}).get(observable, "")
+            unit = "" if unit in ("", "1") else f" {unit}"
+            of_line = {
+                r["line"]: r["setup_sd"]
+                for r in found.get("by_line") or []
+                if (r["rig"], r["observable"]) == (rig, observable)
+            }
+            sizes = sorted(set(of_line.values())) or [median]
+            if len(sizes) == 1:
+                said.append(f"{rig} {observable} {number(sizes[0], 3)}{unit}")
+                continue
+            first, last = min(of_line, key=of_line.__getitem__), max(of_line, key=of_line.__getitem__)
+            said.append(
+                f"{rig} {observable} from {number(sizes[0], 3)}{unit} in line {first} to {number(sizes[-1], 3)}{unit} in line {last}, "
+                f"{number(found['standard_errors'], 4)} times the uncertainty of each row's mean"
+            )
+    return ", ".join(said)
 
 
 def limited_words(diagnosis: dict) -> str:
@@ -276,7 +296,13 @@ def fitted_too_words(diagnosis: dict) -> str:
     found = diagnosis.get("fitted_too")
     if found is None:
         return ""
-    return f"with the rows {places(found['conditions'])} fitted too, {names_of(found['effects'])} would be named ({found['verdict']})"
+    names = names_of(found["effects"])
+    if found.get("drifting"):
+        return (
+            f"with the rows {places(found['conditions'])} fitted too, {names} would come nearest, with an amount that drifts: nothing "
+            "would be added"
+        )
+    return f"with the rows {places(found['conditions'])} fitted too, {names} would be named ({found['verdict']})"
 
 
 def places(conditions: Sequence[Mapping]) -> str:

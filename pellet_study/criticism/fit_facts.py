@@ -16,7 +16,7 @@ from pellet_study.criticism.grades import DOUBTFUL
 from pellet_study.criticism.intervals import IDENTIFIED
 from pellet_study.criticism.spread import Scatter
 from pellet_study.criticism.time_drift import TimeDrift
-from pellet_study.criticism.verdicts import Grade
+from pellet_study.criticism.verdicts import Grade, Note
 from pellet_study.output.words import number, probability
 
 
@@ -78,7 +78,8 @@ def grade_words(comparison: dict) -> str:
     judged = comparison.get("fit") or {}
     by = judged.get("by")
     lack = "" if by in (None, "lack of fit") else f" (lack of fit p {probability(comparison['lack_of_fit_p'])})"
-    test = f": {by} p {probability(judged['p'])}{lack}" if by else ""
+    what = "of its tests the least p is that of " if grade(comparison) == Grade.FITS else ""
+    test = f": {what}{by}{',' if what else ''} p {probability(judged['p'])}{lack}" if by else ""
     words = {
         Grade.FITS: "the model fits",
         Grade.DOUBTFUL: "the fit is doubtful",
@@ -181,7 +182,11 @@ def lone_words(told: dict) -> str:
     row = told.get("lone_row")
     if row is None:
         return ""
-    fits = {Grade.FITS: "the model fits", Grade.DOUBTFUL: "the fit is doubtful only"}[Grade(row["grade"])]
+    fits = {Grade.FITS: "the model fits", Grade.DOUBTFUL: "the fit is doubtful only"}.get(
+        row["grade"], "the model fits"
+    )
+    if effects := row.get("with_effects"):
+        fits = f"the model with {' + '.join(effects)} explains the others"
     unit = f" ({row['unit']}: is it given in another unit?)" if row["unit"] else ""
     return (
         f"it is line {row['line']} alone: without it {fits} (lack of fit p {probability(row['lack_of_fit_p'])}) and "
@@ -249,6 +254,8 @@ def not_identified(comparison: dict, name: str) -> str:
 def adequacy(comparison: dict) -> str:
     """What the verdict `adequate` is worth for a model."""
     words = "no missing effect is supported by these data"
+    if unable(comparison):
+        words = "these data can show none of the candidates: they support no missing effect and exclude none"
     if over := replicates_words(comparison):
         words += f", of which {over}"
     if comparison["chi2"] is None:
@@ -260,6 +267,12 @@ def adequacy(comparison: dict) -> str:
     if grade(comparison) == Grade.DOUBTFUL:
         return f"{words}, but {grade_words(comparison)}"
     return words
+
+
+def unable(diagnosis: dict) -> bool:
+    """Whether the data could show none of the candidates."""
+    ranking = diagnosis.get("ranking") or []
+    return bool(ranking) and all(s["note"] in (Note.NOT_SHOWN, Note.NOT_SIMULATED) for s in ranking)
 
 
 def replicates_words(told: dict) -> str:

@@ -8,7 +8,7 @@ starts of all fits advance together, so that on a simulator the Jacobians of a s
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -227,3 +227,9 @@ def problem_of(model: Model, extra_starts: int = 3, point: np.ndarray | None = N
             golden[:, k] += -low[k] / (high[k] - low[k]) if low[k] < 0 else 0.0
     starts = np.vstack([first[None, :], low + golden * (high - low)]) if free else np.empty((0, 0))
     return Problem(model.base if point is None else point, tuple(c for c, _ in free), low, high, starts)
+
+
+def with_starts(problem: Problem, points: Sequence[np.ndarray]) -> Problem:
+    """A fit that begins at some points too."""
+    more = [point[list(problem.free)] for point in points]
+    return replace(problem, starts=np.vstack([problem.starts, *more])) if more and len(problem.free) else problem

@@ -14,7 +14,8 @@ import numpy as np
 from pellet_study.criticism.calibration import CalibratedStudy, with_own_noise
 from pellet_study.criticism.constancy import Direction, drift_directions, freed, shapes_of
 from pellet_study.criticism.rivals import Rival, failing_rigs, objection_to
-from pellet_study.criticism.signatures import Signature, columns_of, physical
+from pellet_study.criticism.signatures import Signature
+from pellet_study.criticism.ways import columns_of, physical
 from pellet_study.rigs.declared import Condition
 
 MOST = (

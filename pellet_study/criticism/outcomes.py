@@ -10,7 +10,7 @@ from pellet_study.criticism.lack_of_fit import lack_of_fit
 from pellet_study.criticism.least_squares import Fit
 from pellet_study.criticism.residuals import RowResidual, row_residuals
 from pellet_study.criticism.rivals import Rival
-from pellet_study.criticism.signatures import physical
+from pellet_study.criticism.ways import physical
 from pellet_study.output.words import number
 
 

@@ -11,8 +11,9 @@ from pellet_study.criticism.lack_of_fit import lack_of_fit
 from pellet_study.criticism.least_squares import Fit
 from pellet_study.criticism.rivals import Rival
 from pellet_study.criticism.score_tests import exceedance
-from pellet_study.criticism.signatures import Signature, physical
+from pellet_study.criticism.signatures import Signature
 from pellet_study.criticism.verdicts import Note
+from pellet_study.criticism.ways import physical
 from pellet_study.model.model import Model
 
 PLAUSIBLE = (
@@ -87,6 +88,15 @@ def ranking_of(
         else:
             ranking.append(unjudged(state, name, signatures, Note.NOT_SHOWN))
     return tuple(sorted(ranking, key=lambda s: (bool(s.note), -s.chi2_drop, -(s.score or 0.0))))
+
+
+def with_faint(state: CalibratedStudy, ranking: Sequence[Suspect], faint: Sequence[Rival]) -> tuple[Suspect, ...]:
+    """A ranking in which effects that show too little to be scored stand with their fits."""
+    fitted = {r.effects[0]: r for r in faint}
+    told = [
+        _fitted(state, replace(s, note=Note.NONE), fitted[s.effect], None) if s.effect in fitted else s for s in ranking
+    ]
+    return tuple(sorted(told, key=lambda s: (bool(s.note), -s.chi2_drop, -(s.score or 0.0))))
 
 
 def suspect_of(state: CalibratedStudy, scores: Scores, best: int, rival: Rival | None, beyond: Fit | None) -> Suspect:

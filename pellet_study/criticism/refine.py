@@ -66,11 +66,11 @@ class _Steps:
         self.added: list[str] = []
         self.comparisons = [compare(study, state, level_out=level_out)]
 
-    def to(self, study: Study, extra_starts: int) -> None:
-        """Go on with another model of the same rows."""
+    def to(self, study: Study, extra_starts: int, start: np.ndarray | None = None) -> None:
+        """Go on with another model of the same rows, whose fit begins at a point too."""
         cells = None if self.state.model.scatters else self.state.cells  # gathered anew where the model scatters too
         model = Model(study, engines=self.state.model.engines)
-        self.study, self.state = study, fit_study(study, model, cells, extra_starts)
+        self.study, self.state = study, fit_study(study, model, cells, extra_starts, start)
         self.comparisons.append(compare(study, self.state, level_out=self.level_out))
 
     def again(self) -> None:
@@ -84,7 +84,7 @@ class _Steps:
         point, column = found.rivals[0].fit.point, self.state.model.column
         for name in sorted(found.missing, key=order.__getitem__):
             self.added.append(name)
-            self.to(self.study.with_effect(name, _values(self.study, name, point, column)), extra_starts=1)
+            self.to(self.study.with_effect(name, _values(self.study, name, point, column)), extra_starts=1, start=point)
 
     def look_back(self) -> None:
         """Leave out what is needless by now; exchange what was added for rivals that fit better."""

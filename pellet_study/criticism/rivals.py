@@ -10,7 +10,8 @@ from pellet_study.criticism.constancy import DRIFT, constancy_tests
 from pellet_study.criticism.lack_of_fit import LACK_IN_A_RIG, absorbed_basis, lack_by_rig, lack_of_fit
 from pellet_study.criticism.least_squares import Fit, Problem, fit_many
 from pellet_study.criticism.score_tests import exceedance, largest_null, standardised
-from pellet_study.criticism.signatures import Signature, columns_of, physical
+from pellet_study.criticism.signatures import Signature
+from pellet_study.criticism.ways import columns_of, physical
 from pellet_study.model.model import Model
 from pellet_study.output.words import probability
 

@@ -1,22 +1,23 @@
 """What would change a verdict: set-up scatter that is declared nowhere, and held-out rows fitted too.
 
-Replicates of one set-up share its error, so their scatter tells nothing of it. With a variance of k^2 standard errors
-squared added to that of every cell mean the whole question is asked again: k = 1, and where the verdict does not survive
+Replicates of one set-up share its error, so their scatter tells nothing of it. With k standard errors of its cell mean
+entered as `setup_sd` of every row the whole question is asked again: k = 1, and where the verdict does not survive
 that, the least k that undoes it, by bisection.
 """
 
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from pellet_study.criticism.calibration import CalibratedStudy, fit_study, widened
+from pellet_study.criticism.calibration import CalibratedStudy, fit_study
 from pellet_study.criticism.compare import compare
 from pellet_study.criticism.diagnose import Diagnosis, diagnose
-from pellet_study.criticism.entries import lone_row
-from pellet_study.criticism.least_squares import fit, problem_of
+from pellet_study.criticism.suspicious import suspicious_row
 from pellet_study.criticism.verdicts import FittedToo, Grade, Undone, Verdict
 from pellet_study.model.model import Model, key
+from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import Study
 
 HALVINGS = 4  # of one standard error: the scatter that undoes a verdict is known to a sixteenth of it
@@ -26,10 +27,9 @@ NAMING = (Verdict.MISSING, Verdict.TIED)
 
 def examined(study: Study, state: CalibratedStudy, found: Diagnosis, gate: float) -> Diagnosis:
     """A diagnosis with what would change it."""
-    compared = found.comparison
-    if compared.lone_row is None and compared.judgement.grade != Grade.FITS:
-        lone = lone_row(state, compared.rows, compared.far_off)
-        found = replace(found, comparison=replace(compared, lone_row=lone))
+    if found.comparison.judgement.grade != Grade.FITS:
+        lone = suspicious_row(study, state, found, gate)
+        found = replace(found, comparison=replace(found.comparison, lone_row=lone))
     if found.verdict in (*NAMING, Verdict.UNEXPLAINED):
         tested = bool(
             state.cells.scale_known
@@ -55,7 +55,8 @@ def undone(study: Study, state: CalibratedStudy, found: Diagnosis, gate: float) 
             low = middle
         else:
             high, answer = middle, there
-    return Undone(high, answer.verdict, answer.named, by_rig(state, high))
+    rows = entered(study, state, high)
+    return Undone(high, answer.verdict, answer.named, by_rig(rows), by_line(rows))
 
 
 def stands(found: Diagnosis, other: Diagnosis) -> bool:
@@ -64,23 +65,46 @@ def stands(found: Diagnosis, other: Diagnosis) -> bool:
 
 
 def scattered(study: Study, state: CalibratedStudy, standard_errors: float, gate: float) -> Diagnosis:
-    """The diagnosis with this much more scatter of every cell mean."""
-    cells = widened(state.cells, (standard_errors * state.cells.sd) ** 2)
-    fitted = fit(state.model, cells, problem_of(state.model, 1, state.fit.point))
-    wider = CalibratedStudy(study, state.model, cells, fitted)
-    return diagnose(study, wider, gate, compare(study, wider), propose=False, rank=False)
+    """The diagnosis with this much more scatter of every cell mean, entered as `setup_sd` of its rows."""
+    larger = replace(study, rows=entered(study, state, standard_errors))
+    wider = fit_study(larger, Model(larger, engines=state.model.engines), extra_starts=1, start=state.fit.point)
+    return diagnose(larger, wider, gate, compare(larger, wider), propose=False, rank=False)
 
 
-def by_rig(state: CalibratedStudy, standard_errors: float) -> dict[str, dict[str, float]]:
-    """{rig: {observable: set-up scatter in its unit}} at the median standard error of its cells."""
-    found: dict[str, dict[str, float]] = {}
-    cases = [state.model.cases[c] for c in state.cells.case]
-    for rig, observable in dict.fromkeys((case.rig, case.observable) for case in cases):
-        sd = [
-            s for case, s in zip(cases, state.cells.sd, strict=True) if (case.rig, case.observable) == (rig, observable)
-        ]
-        found.setdefault(rig, {})[observable] = float(standard_errors * np.median(sd))
-    return found
+def entered(study: Study, state: CalibratedStudy, standard_errors: float) -> tuple[Measurement, ...]:
+    """The rows with this many standard errors of their cell mean more in `setup_sd`, as it is printed: rounded up."""
+    error = {
+        (key(state.model.cases[c]), *cell): sd
+        for c, cell, sd in zip(state.cells.case, state.cells.setups, state.cells.sd, strict=True)
+    }
+    rows = []
+    for row in study.rows:
+        sd = error.get((key(row), row.setup, row.setup_sd))
+        rows.append(
+            row if sd is None else replace(row, setup_sd=rounded_up(np.hypot(row.setup_sd, standard_errors * sd)))
+        )
+    return tuple(rows)
+
+
+def rounded_up(value: float) -> float:
+    """A positive number of three digits, not below another."""
+    digit = 10.0 ** (np.floor(np.log10(value)) - 2)
+    return float(f"{np.ceil(value / digit) * digit:.6g}")
+
+
+def by_rig(rows: Sequence[Measurement]) -> dict[str, dict[str, float]]:
+    """{rig: {observable: median set-up scatter of its fitted rows, in its unit}}."""
+    found: dict[str, dict[str, list[float]]] = {}
+    for row in rows:
+        if row.split == "fit":
+            found.setdefault(row.rig, {}).setdefault(row.observable, []).append(row.setup_sd)
+    return {rig: {name: float(np.median(sd)) for name, sd in of_rig.items()} for rig, of_rig in found.items()}
+
+
+def by_line(rows: Sequence[Measurement]) -> tuple[dict[str, Any], ...]:
+    """What to enter, row by row."""
+    names = ("line", "rig", "observable", "setup_sd")
+    return tuple({name: getattr(row, name) for name in names} for row in rows if row.split == "fit")
 
 
 def fitted_too(study: Study, state: CalibratedStudy, gate: float) -> FittedToo | None:
@@ -98,10 +122,11 @@ def fitted_too(study: Study, state: CalibratedStudy, gate: float) -> FittedToo |
         found = diagnose(larger, refitted, gate, propose=False, rank=False)
         if found.verdict not in NAMING:
             continue
-        answer = FittedToo(tuple(conditions_of(study, one) for one in some), found.verdict, found.named)
-        if found.verdict == Verdict.MISSING:
+        conditions = tuple(conditions_of(study, one) for one in some)
+        answer = FittedToo(conditions, found.verdict, found.named, bool(found.drifting))
+        if found.verdict == Verdict.MISSING and not found.drifting:
             return answer
-        tied = tied or answer
+        tied = answer if tied is None or (tied.drifting and not answer.drifting) else tied
     return tied
 
 

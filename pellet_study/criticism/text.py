@@ -172,12 +172,12 @@ def ranking_table(catalogue: Catalogue, answer: dict) -> list[str]:
     lines = [f"{'effect':{room}s}{'visible':>8s}{'score':>8s}{'p adj.':>9s}{'chi2 drop':>11s}"]
     for candidate in candidates:
         share = f"{candidate.effect:{room}s}{candidate.visible_percent:7.0f}%"
-        if candidate.score is None:
+        if candidate.score is None and candidate.note:
             lines += [f"{share}{'-':>8s}{'-':>9s}{'-':>11s}", f"    {candidate.note}"]
             continue
         remark = verdict_facts.remark(answer, candidate)
         lines += [
-            f"{share}{flush(f'{candidate.score:.1f}', 8)}{probability(candidate.p_adjusted):>9s}{flush(f'{candidate.chi2_drop:.1f}', 11)}",
+            f"{share}{flush('-' if candidate.score is None else f'{candidate.score:.1f}', 8)}{probability(candidate.p_adjusted):>9s}{flush(f'{candidate.chi2_drop:.1f}', 11)}",
             f"    {size_words(candidate)}{'; ' + remark if remark else ''}",
         ]
     return [*lines, LEGEND]

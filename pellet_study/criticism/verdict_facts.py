@@ -68,7 +68,7 @@ def verdict(diagnosis: dict) -> str:
         case Verdict.MISSING:
             words = found.names
         case Verdict.TIED:
-            words = f"{found.names}{drifts} explain it alike; these data cannot tell them apart"
+            words = f"{found.names}{drifts} explain it alike; these data cannot tell them apart{faint_words(diagnosis)}"
         case Verdict.UNDECIDED:
             words = facts.limited_words(diagnosis) or "a fit on which the answer rests did not end (see the notes)"
         case Verdict.UNEXPLAINED:
@@ -76,6 +76,14 @@ def verdict(diagnosis: dict) -> str:
         case _:
             return fit_facts.adequacy({**(diagnosis.get("present") or {}), **diagnosis})
     return words + held_out_too(diagnosis)
+
+
+def faint_words(diagnosis: dict) -> str:
+    """Which of those named the constants imitate almost wholly, so that the data hardly show it; empty where none is."""
+    shares = {s["effect"]: 100 * s["visible_share"] for s in diagnosis["ranking"]}
+    names = diagnosis.get("faint") or []
+    said = " and ".join(f"of {name} only {number(shares[name], 2)} %" for name in names)
+    return f" ({said} shows beside the constants, too little to be seen by itself)" if said else ""
 
 
 def held_out_too(diagnosis: dict) -> str:

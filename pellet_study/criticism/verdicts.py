@@ -45,6 +45,7 @@ class Undone:
     verdict: Verdict
     effects: tuple[tuple[str, ...], ...]
     by_rig: Mapping[str, Mapping[str, float]]
+    by_line: tuple[Mapping[str, str | float], ...] = ()
 
 
 @dataclass(frozen=True)
@@ -61,8 +62,12 @@ class Limited:
 
 @dataclass(frozen=True)
 class FittedToo:
-    """Held-out conditions whose rows, were they fitted too, would let an effect be named: [{rig, condition: value}]."""
+    """Held-out conditions whose rows, were they fitted too, would let an effect be named: [{rig, condition: value}].
+
+    `drifting` says that its amount would drift, so that `refine` would add nothing.
+    """
 
     conditions: tuple[Mapping[str, str | float], ...]
     verdict: Verdict
     effects: tuple[tuple[str, ...], ...]
+    drifting: bool = False

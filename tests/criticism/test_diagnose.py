@@ -11,7 +11,7 @@ from pellet_study.criticism.constancy import constancy_tests
 from pellet_study.criticism.diagnose import diagnose
 from pellet_study.criticism.least_squares import fit_many
 from pellet_study.criticism.rivals import LEFT_DRIFT, judge, rival_problem
-from pellet_study.criticism.signatures import columns_of
+from pellet_study.criticism.ways import columns_of
 from pellet_study.study.load import load
 from pellet_study.study.measurements import Measurement
 from tests.helpers.make_study import STRESSES_PA, command, folder, incline, slip_angle_deg
