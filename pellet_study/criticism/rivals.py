@@ -95,13 +95,15 @@ def refits(
 
 
 def starts_of(model: Model, shown: Sequence[Signature], best: Signature) -> list[dict[int, float]]:
-    """Where the fit of an effect starts: at its best signature, a third of the way to the limit, and at its other shapes."""
+    """Where the fit of an effect starts: at its best signature, a third of the way to the limit, where it fits best of the
+    amounts tried, and at its other shapes."""
     columns = columns_of(model, best.effect)
     limit = physical(model, best.effect)[0][1 if best.sign > 0 else 0]
     others = [s for s in shown if s.effect == best.effect and s.shape != best.shape and s.sign == best.sign]
     return [
         starting_at(columns, best.size, best.shape),
         starting_at(columns, best.size + 0.3 * (limit - best.size), best.shape),
+        starting_at(columns, best.fitting, best.shape),
         *(starting_at(columns, other.size, other.shape) for other in others),
     ]
 

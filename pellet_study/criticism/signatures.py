@@ -14,7 +14,11 @@ STEP = 3.0
 
 @dataclass(frozen=True)
 class Signature:
-    """How an effect of a size shows in the whitened residuals: `unit` freed of what the calibration absorbs."""
+    """How an effect of a size shows in the whitened residuals: `unit` freed of what the calibration absorbs.
+
+    `fitting` is the amount, of those tried, that with the constants, to first order, leaves the least misfit: where the fit
+    may begin when the effect is flat elsewhere.
+    """
 
     effect: str
     sign: int
@@ -23,6 +27,7 @@ class Signature:
     unit: np.ndarray
     length: float
     visible_share: float
+    fitting: float
 
 
 def signatures(state: CalibratedStudy, names: Sequence[str], basis: np.ndarray) -> list[Signature]:
@@ -38,7 +43,10 @@ def signatures(state: CalibratedStudy, names: Sequence[str], basis: np.ndarray) 
     means = model.predict(np.array([point, *trials])).mean[:, cells.case]
     change = cells.whitened(means[1:] - means[0]).reshape(len(ways), len(SHARES), -1)
     change = np.nan_to_num(change, nan=0.0, posinf=0.0, neginf=0.0)
-    lengths = np.linalg.norm(change - (change @ basis) @ basis.T, axis=2)
+    free_change = change - (change @ basis) @ basis.T
+    lengths = np.linalg.norm(free_change, axis=2)
+    left = np.linalg.norm(state.fit.residual - free_change, axis=2)
+    fitting = [way.absent + way.reach * SHARES[k] for way, k in zip(ways, left.argmin(axis=1), strict=True)]
     sizes = [
         way.absent + way.reach * min(_share_that_shows(length), 1.0) for way, length in zip(ways, lengths, strict=True)
     ]
@@ -51,7 +59,10 @@ def signatures(state: CalibratedStudy, names: Sequence[str], basis: np.ndarray) 
         length, whole = np.linalg.norm(seen[k]), np.linalg.norm(change[k])
         share = length / whole if whole > 1e-12 else 0.0
         unit = seen[k] / length if length > 1e-9 else np.zeros_like(seen[k])
-        taken.append(Signature(way.effect, way.sign, float(size), way.shape, unit, float(length), float(share)))
+        told = Signature(
+            way.effect, way.sign, float(size), way.shape, unit, float(length), float(share), float(fitting[k])
+        )
+        taken.append(told)
     return taken
 
 
