@@ -40,6 +40,7 @@ FIT = {
     "undone_tested": "whether that was looked for",
     "drifting": "effects that explain only with an amount that drifts: near misses",
     "by_time": "drifts of readings with their order that explain as well",
+    "faint": "effects named that the constants imitate almost wholly, so that the data hardly show them",
     "unordered": "true where no row says when it was taken",
     "limited": "where simulations scatter too much for a verdict: the rig, by how much, and what more of them would take",
     "next_measurement": "the measurement that would tell the rivals apart, with what each predicts; null where none does",

@@ -322,6 +322,7 @@ def refinement(refined: Refinement) -> dict:
         "drifting",
         "by_time",
         "unordered",
+        "faint",
         "noise_share",
         "limited",
         "undone_tested",

@@ -197,7 +197,7 @@ def answer_lines(study: Study, diagnosed: Diagnosis) -> list[str]:
     """The verdict, what each named effect is, and what to measure next."""
     answer = answers.diagnosis(diagnosed)
     finding = facts.finding(answer)
-    lines = [f"ANSWER {finding.verdict}: {verdict_facts.verdict(answer)}"]
+    lines = [f"ANSWER {verdict_facts.heading(answer)}: {verdict_facts.verdict(answer)}"]
     lines += [f"       {line}" for line in (*verdict_facts.beside(answer), *errors_table(answer))]
     for effect in facts.described(study.catalogue, finding.effects):
         lines.append(f"       {effect.name}: {effect.means}. {effect.formula}  [{effect.source}]")

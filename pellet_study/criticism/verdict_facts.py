@@ -60,6 +60,28 @@ def remark(diagnosis: dict, candidate: Candidate) -> str:
     return words
 
 
+def heading(diagnosis: dict) -> str:
+    """The name of a verdict; of one that leaves the model as it is, that rows held out contradict it."""
+    contradicted = diagnosis.get("holdout_contradicts") and diagnosis["verdict"] == Verdict.ADEQUATE
+    return (
+        f"{diagnosis['verdict']}, but contradicted by the rows held out" if contradicted else str(diagnosis["verdict"])
+    )
+
+
+def nothing_next(diagnosis: dict) -> str:
+    """Why no further measurement is proposed."""
+    why = {
+        Verdict.MISSING: "nothing has to be told apart",
+        Verdict.ADEQUATE: "no effect is named, so that nothing has to be told apart",
+        Verdict.TIED: "none within the possible conditions separates the explanations that are tied",
+        Verdict.UNEXPLAINED: "no candidate explains the data, so that there are none to tell apart",
+        Verdict.UNDECIDED: "the verdict is undecided",
+    }[Verdict(diagnosis["verdict"])]
+    if diagnosis.get("holdout_contradicts") and diagnosis["verdict"] == Verdict.ADEQUATE:
+        why = "no effect is named; but the rows held out contradict the model, and fitted too they may tell why"
+    return f"No further measurement is proposed: {why}."
+
+
 def verdict(diagnosis: dict) -> str:
     """A verdict in words, without its name: what is missing or tied, and how the rows held out stand to it."""
     found = facts.finding(diagnosis)

@@ -36,7 +36,9 @@ class NextPart:
 def verdict(diagnosis: dict[str, Any]) -> str:
     """The verdict of a diagnosis in a sentence, and what stands beside it."""
     found = facts.finding(diagnosis)
-    words = f"{found.verdict.capitalize()}: {verdict_facts.verdict(diagnosis)} (model {found.model})."
+    words = (
+        f"{verdict_facts.heading(diagnosis).capitalize()}: {verdict_facts.verdict(diagnosis)} (model {found.model})."
+    )
     return " ".join([words, *(f"{line[0].upper()}{line[1:]}." for line in verdict_facts.beside(diagnosis))])
 
 

@@ -12,6 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 import pellet_study
 from pellet_study.bench.readings import readings
+from pellet_study.criticism import verdict_facts
 from pellet_study.criticism.facts import model_name
 from pellet_study.errors import InputError
 from pellet_study.files import opening, writing
@@ -156,7 +157,7 @@ def _content(
         "ladder": criticism.ladder(study, steps, diagnoses) if steps else None,
         "errors": missing.errors(diagnoses[-1]) if diagnoses else None,
         "next": missing.next_measurement(study, diagnoses),
-        "nothing_next": "No further measurement is proposed: nothing has to be told apart.",
+        "nothing_next": verdict_facts.nothing_next(diagnoses[-1]) if diagnoses else "",
         "stages": stages,
         "repeat": _repeat(study, folder, {stage.kind for stage in stages}),
         "version": pellet_study.__version__,
@@ -311,7 +312,7 @@ def _repeat(study: Study, folder: Path, stages: set[str]) -> Table:
         [what, ", ".join(f for f in files if (folder / f).exists()) or NOT_THERE, f"pellet-study {command}"]
         for what, files, command in (
             ("constants, residuals, where it fails", ("compare.json", "compare.txt"), f"compare {place}"),
-            ("ranking, next measurement", ("diagnose.json", "diagnose.txt"), f"diagnose {place}"),
+            ("ranking, next measurement", ("diagnose.json", "diagnose.txt", "refine.json"), f"diagnose {place}"),
             ("effects added, error step by step", ("refine.json", "refine.txt"), f"refine {place}"),
             ("the error ladder", (history.HISTORY,), f"history {place}"),
             *(stage[:3] for stage in of_stages if stage[3]),
