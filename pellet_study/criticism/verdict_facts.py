@@ -102,8 +102,8 @@ def verdict(diagnosis: dict) -> str:
 
 def faint_words(diagnosis: dict) -> str:
     """Which of those named the constants imitate almost wholly, so that the data hardly show it; empty where none is."""
-    shares = {s["effect"]: 100 * s["visible_share"] for s in diagnosis["ranking"]}
     names = diagnosis.get("faint") or []
+    shares = {s["effect"]: 100 * s["visible_share"] for s in diagnosis["ranking"] if s["effect"] in names}
     said = " and ".join(f"of {name} only {number(shares[name], 2)} %" for name in names)
     return f" ({said} shows beside the constants, too little to be seen by itself)" if said else ""
 
