@@ -11,7 +11,8 @@ from pathlib import Path
 import pellet_study
 from pellet_study.commands import COMMANDS, SIMULATING, simulating
 from pellet_study.rigs.catalogue import standard
-from pellet_study.rigs.declared import OF_EVERY_RIG, ON_YADE, Effect, Rig
+from pellet_study.rigs.declarations import OF_EVERY_RIG, ON_YADE
+from pellet_study.rigs.declared import Effect, Rig
 from pellet_study.study.load import CONTACT_LAWS, EFFORT, KEYS
 from pellet_study.study.measurements import COLUMNS, REQUIRED
 from pellet_study.study.study import RESTITUTION_AT, SCALINGS, SEEDS_BY

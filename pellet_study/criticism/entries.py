@@ -19,7 +19,8 @@ from pellet_study.criticism.residuals import RowResidual
 from pellet_study.criticism.verdicts import Grade
 from pellet_study.model.model import key
 from pellet_study.study.measurements import Measurement
-from pellet_study.study.ranges import other_units, unusual_parameter
+from pellet_study.study.ranges import unusual_parameter
+from pellet_study.study.units import other_units
 
 FAR_OFF = 0.05  # p that a row of a model that lacks nothing is as far off, over all rows together
 TRIED = 3  # of the worst rows, each left out by itself

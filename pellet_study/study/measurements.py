@@ -9,7 +9,7 @@ from pellet_study.errors import InputError
 from pellet_study.output.words import nearest
 from pellet_study.rigs.catalogue import Catalogue
 from pellet_study.rigs.declared import Condition, Rig
-from pellet_study.study.ranges import other_unit
+from pellet_study.study.ranges import other_unit, refuse_unreadable
 from pellet_study.tables import rows
 from pellet_study.tables.numbers import BLANKS, SIZES, fits, number
 
@@ -195,11 +195,8 @@ class _Rows:
             raise InputError(f"{where}: n {n!r}: expected a whole number of readings")
         _check_split(where, split, reason)
         reading = _number(where, "value", value, decimal=self.decimal)
-        low, high = self.catalogue.rigs[rig].readable.get(observable, (-math.inf, math.inf))
-        if not low <= reading <= high and split != "leave_out":
-            raise InputError(
-                f"{where}: value {value!r}: {observable} of {rig} can be read from {low:g} to {high:g} only"
-            )
+        if split != "leave_out":
+            refuse_unreadable(where, self.catalogue.rigs[rig], observable, value, reading)
         return Measurement(
             rig=rig,
             observable=observable,
