@@ -145,9 +145,9 @@ def _fold(arguments, table) -> dict:
     from pellet_study.doe import design_text
     from pellet_study.doe.answers import plain
     from pellet_study.doe.fold_over import fold_over
-    from pellet_study.tables.headers import found_in
+    from pellet_study.tables.headers import several_in
 
-    on = [found_in(word, table.names) or word for word in arguments.on.split(",")] if arguments.on else None
+    on = several_in(arguments.on, table.names) if arguments.on else None
     found = fold_over(table.names, table.coded[~table.centre], on)
     say(design_text.fold_text(found))
     return {**plain(found), **_extend(arguments, table, found.added, "pb")}
@@ -158,9 +158,9 @@ def _axial(arguments, table) -> dict:
     from pellet_study.doe.answers import plain
     from pellet_study.doe.augment import add_axial
     from pellet_study.doe.factors import parse_levels
-    from pellet_study.tables.headers import found_in
+    from pellet_study.tables.headers import found_in, several_in
 
-    kept = [found_in(word, table.names) or word for word in arguments.factors.split(",")] if arguments.factors else None
+    kept = several_in(arguments.factors, table.names) if arguments.factors else None
     named = {factor.name: factor for factor in table.factors}
     held = {}
     for word, level in parse_levels(arguments.hold).items() if arguments.hold else ():

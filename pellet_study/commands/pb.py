@@ -30,7 +30,7 @@ from pellet_study.commands.responses import (
 )
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import done, say
-from pellet_study.tables.headers import found_in
+from pellet_study.tables.headers import found_in, several_in
 
 EXAMPLES = """\
 TABLE.csv: factor columns in coded or physical units, the response in the last column; an empty response is a
@@ -251,7 +251,7 @@ def _climb(arguments, screening):
     from pellet_study.doe.factors import parse_levels, parse_range
 
     known = screening.table.names
-    names = arguments.climb_factors and [_meant(name, known) for name in arguments.climb_factors.split(",")]
+    names = arguments.climb_factors and [_meant(name, known) for name in several_in(arguments.climb_factors, known)]
     model, factors = steepest_climb.first_order_model(screening, names)
     step = next(iter(parse_levels(arguments.climb_step).items())) if arguments.climb_step else None
     limits = dict(parse_range(word) for word in arguments.climb_limits)

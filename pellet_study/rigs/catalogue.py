@@ -104,4 +104,6 @@ def standard() -> Catalogue:
         effect_from(importlib.import_module(f"yade_scripts.effects.{f.stem}"), f)
         for f in declaring(SCRIPTS / "effects", "EFFECT")
     ]
-    return Catalogue({rig.name: with_ranges(rig) for rig in rigs}, {e.name: e for e in sorted(effects, key=lambda e: e.order)})
+    return Catalogue(
+        {rig.name: with_ranges(rig) for rig in rigs}, {e.name: e for e in sorted(effects, key=lambda e: e.order)}
+    )

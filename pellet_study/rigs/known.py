@@ -39,13 +39,17 @@ REPOSE = Observable(
 OBSERVABLES: Mapping[str, Observable] = {
     "rebound_height_mm": Observable("mm", NEVER_NEGATIVE, (0.1, 450.0), "up to the highest drop of the rig"),
     "tangential_restitution": Observable("1", (-1.0, 1.0), (0.0, 1.0), "a share of the speed before the impact"),
-    "slip_angle_deg": Observable("deg", FLAT_TO_UPRIGHT, (3.0, 85.0), "friction of 0.05, to cohesion that holds a wall"),
+    "slip_angle_deg": Observable(
+        "deg", FLAT_TO_UPRIGHT, (3.0, 85.0), "friction of 0.05, to cohesion that holds a wall"
+    ),
     "roll_distance_mm": Observable("mm", NEVER_NEGATIVE, (0.0, 2000.0), "the paper's bench reads 40 to 115"),
     "repose_angle_deg": REPOSE,
     "repose_flank_deg": REPOSE,
     "repose_triangle_deg": REPOSE,
     "repose_moment_deg": REPOSE,
-    "direction_error_deg": Observable("deg", FLAT_TO_UPRIGHT, (0.0, 15.0), "of one heap; 1 to 3 in docs/heap_checks.md"),
+    "direction_error_deg": Observable(
+        "deg", FLAT_TO_UPRIGHT, (0.0, 15.0), "of one heap; 1 to 3 in docs/heap_checks.md"
+    ),
     "discharge_time_s": Observable("s", NEVER_NEGATIVE, (0.1, 600.0), "a bench test"),
     "fill_bulk_density_kg_m3": Observable("kg/m3", NEVER_NEGATIVE, (50.0, 5000.0), "powders from silica to iron ore"),
     "dynamic_angle_deg": REPOSE,

@@ -45,9 +45,7 @@ def other_unit(
     """
     given, span = [value for value in values if value], within or usual(quantity)
     if an_angle(quantity, given, span):
-        return (
-            f"; {given[0]:.4g} deg would be tan {given[0]:.4g} = {math.tan(math.radians(given[0])):.3g}: is it given as an angle?"
-        )
+        return f"; {given[0]:.4g} deg would be tan {given[0]:.4g} = {math.tan(math.radians(given[0])):.3g}: is it given as an angle?"
     found = likely_unit(quantity, given, span, least)
     if found is None:
         return ""
@@ -90,7 +88,9 @@ def unusual(name: str, quantity: Mapping, values: Sequence[float]) -> str:
         return f"{name} {_beyond_words(beyond, quantity, (low, high), other_unit(quantity, values))}"
     largest = max(map(abs, values), default=0.0)
     if low <= 0 < largest < TINY * high and (hint := other_unit(quantity, values, least=1.0)):
-        return f"{name} is at most {largest:g} where up to {high:g}{in_unit(str(quantity.get('unit', '')))} is usual{hint}"
+        return (
+            f"{name} is at most {largest:g} where up to {high:g}{in_unit(str(quantity.get('unit', '')))} is usual{hint}"
+        )
     return ""
 
 

@@ -56,6 +56,22 @@ def says_run_order(header: str) -> bool:
     return WORD.sub("", split_unit(header)[0].lower()) in RUN_ORDER
 
 
+def several_in(text: str, headers: list[str]) -> list[str]:
+    """The headers that a list with commas names, each as `found_in` has it, or the word where it is none.
+
+    A name may hold commas itself: of the words from one on, as many are taken together as are a header.
+    """
+    words, found = text.split(","), list[str]()
+    while words:
+        taken = len(words)
+        while taken > 1 and found_in(",".join(words[:taken]).strip(), headers) is None:
+            taken -= 1
+        name = ",".join(words[:taken]).strip()
+        found.append(found_in(name, headers) or name)
+        words = words[taken:]
+    return found
+
+
 def found_in(name: str, headers: list[str]) -> str | None:
     """The header that a user means by a name: itself, or the only one that is this name with a unit."""
     if name in headers:
