@@ -28,6 +28,8 @@ FIT = {
     "curves": "lines of the figure `readings`: of the model, and of each explanation",
     "basis": "hash of the rows and of the code of rigs of one's own: answers of another basis are not shown beside these",
     "noise_share": "{rig: variance of its simulations over that of its readings}",
+    "sd_used": "of a row: the standard deviation of one reading that it was fitted with",
+    "sd_from": "of a row: why that one: as stated, of the replicates, or what overrules the stated one",
     "lone_row": "the row without which a model that does not fit does",
     "replicates_over_sd": "{rig: {observable: how many times the stated sd its replicates scatter}}, where they contradict it",
     "surface_check": "p that simulations at the calibrated point agree with the interpolated predictions; null in closed form",

@@ -11,9 +11,12 @@ from pathlib import Path
 import pellet_study
 from pellet_study.commands import COMMANDS, SIMULATING, simulating
 from pellet_study.rigs.catalogue import standard
-from pellet_study.rigs.declared import OF_EVERY_RIG, ON_YADE, Effect, Rig
+from pellet_study.rigs.declarations import OF_EVERY_RIG, ON_YADE
+from pellet_study.rigs.declared import Effect, Rig
+from pellet_study.rigs.known import OBSERVABLES
 from pellet_study.study.load import CONTACT_LAWS, EFFORT, KEYS
 from pellet_study.study.measurements import COLUMNS, REQUIRED
+from pellet_study.study.ranges import reading_words
 from pellet_study.study.study import RESTITUTION_AT, SCALINGS, SEEDS_BY
 from pellet_study.study.values import KEYS_OF_SETTING
 
@@ -101,9 +104,17 @@ def quantities(declared: Mapping[str, Mapping]) -> str:
                 of,
                 q.get("unit", ""),
                 q.get("meaning", ""),
+                *((span(q["physical"]) if "physical" in q else of, q["source"]) if "source" in q else ()),
             )
         )
-    return table(("name", "default", "from, to", "unit", "meaning"), rows)
+    sourced = all("source" in q for q in declared.values())
+    head = ("name", "default", "from, to", "unit", "meaning", *(("usual", "usual range from") if sourced else ()))
+    return table(head, rows)
+
+
+def span(ends: Iterable[float]) -> str:
+    """A range."""
+    return " to ".join(map(number, ends))
 
 
 def rig_part(rig: Rig, acting: Iterable[str]) -> list[str]:
@@ -114,8 +125,18 @@ def rig_part(rig: Rig, acting: Iterable[str]) -> list[str]:
     parts = [f"## {rig.name}", f"{engine}, `{file}`{laws}. Effects that act in it: {words(acting)}."]
     parts += [
         table(
-            ("observable", "unit", "meaning"),
-            ((f"`{n}`", rig.units.get(n, ""), meaning) for n, meaning in rig.observables.items()),
+            ("observable", "unit", "can be read", "usual", "meaning", "usual range from"),
+            (
+                (
+                    f"`{n}`",
+                    rig.units[n],
+                    reading_words(*rig.readable[n], ""),
+                    span(rig.usual[n]),
+                    meaning,
+                    OBSERVABLES[n].source,
+                )
+                for n, meaning in rig.observables.items()
+            ),
         )
     ]
     for title, declared in (

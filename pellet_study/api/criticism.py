@@ -17,6 +17,7 @@ from pellet_study.criticism.compare import Comparison as Fitted
 from pellet_study.criticism.compare import compare as compare_rows
 from pellet_study.criticism.curves import curves_named, curves_of
 from pellet_study.criticism.diagnose import GATE
+from pellet_study.criticism.diagnose import Diagnosis as Diagnosed
 from pellet_study.criticism.diagnose import diagnose as rank
 from pellet_study.criticism.noise import undecided
 from pellet_study.criticism.refine import refine as refine_study
@@ -85,7 +86,7 @@ def diagnose(study: Study, *, write: bool = False) -> Diagnosis:
     adequate []
     """
     state = fit_study(study)
-    found = examined(study, state, undecided(study, state, rank(study, state), GATE), GATE)
+    found = examined(study, state, undecided(study, state, _ranked(study, state), GATE), GATE)
     found = replace(found, warnings=(*found.warnings, *outlying.told(study, _diagnosed)))
     answer = {
         **answers.diagnosis(found),
@@ -277,6 +278,11 @@ def _calibrated(study: Study) -> tuple[CalibratedStudy, Fitted]:
     """A study's fit, and its rows beside it."""
     state = fit_study(study)
     return state, compare_rows(study, state, level_out=True)
+
+
+def _ranked(study: Study, state: CalibratedStudy) -> Diagnosed:
+    """The ranking of what is missing, with the unit of a column that would explain the misfit."""
+    return rank(study, state, comparison=compare_rows(study, state, other_units=True))
 
 
 def _curves_without_effects(study: Study, state: CalibratedStudy) -> list[dict]:

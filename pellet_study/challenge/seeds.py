@@ -8,7 +8,8 @@ from functools import cache
 from pathlib import Path
 
 from pellet_study.challenge.demonstration import Demonstration
-from pellet_study.rigs.declared import Effect, effect_from
+from pellet_study.rigs.declarations import effect_from
+from pellet_study.rigs.declared import Effect
 from yade_scripts.case import load
 
 OUTSIDE = Path(__file__).parent / "outside"

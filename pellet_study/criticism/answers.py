@@ -16,6 +16,7 @@ from pellet_study.criticism.outcomes import Outcome
 from pellet_study.criticism.refine import Refinement
 from pellet_study.criticism.residuals import RowResidual
 from pellet_study.criticism.time_drift import TimeDrift
+from pellet_study.criticism.used_sd import used_sds
 from pellet_study.output.words import number
 from pellet_study.study.measurements import Measurement
 
@@ -59,7 +60,10 @@ def comparison(compared: Comparison) -> dict:
         ],
         "needed_setup_percent": compared.needed_setup_percent,
         "units": compared.units,
-        "rows": [row_of(r) for r in compared.rows],
+        "rows": [
+            {**row_of(r), "sd_used": used.sd, "sd_from": used.why}
+            for r, used in zip(compared.rows, used_sds([r.row for r in compared.rows]), strict=True)
+        ],
         "left_out": [
             {
                 "rig": row.rig,

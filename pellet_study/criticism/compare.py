@@ -13,6 +13,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
+from pellet_study.criticism.bounds import stuck_words
 from pellet_study.criticism.calibration import CalibratedStudy, fit_study
 from pellet_study.criticism.constancy import Drift, constancy_tests
 from pellet_study.criticism.entries import LoneRow, doubted_constants, doubted_sd, doubted_units, far_off, lone_row
@@ -21,6 +22,8 @@ from pellet_study.criticism.holdout import holdout_p, level_out_errors
 from pellet_study.criticism.intervals import IDENTIFIED, intervals_of
 from pellet_study.criticism.lack_of_fit import absorbed_basis, lack_by_rig, lack_of_fit, needed_setup
 from pellet_study.criticism.least_squares import ROUNDS
+from pellet_study.criticism.likely_unit import LikelyUnit, likely_unit
+from pellet_study.criticism.reading_order import order_warnings
 from pellet_study.criticism.residuals import RowResidual, noise_shares, row_residuals
 from pellet_study.criticism.spread import Scatter
 from pellet_study.criticism.time_drift import TimeDrift, time_drifts
@@ -101,8 +104,13 @@ class Comparison:
         return self.holdout_p is not None and self.holdout_p < HELD_OUT_FAILS
 
 
-def compare(study: Study, state: CalibratedStudy | None = None, level_out: bool = False) -> Comparison:
-    """Calibrate a study's present model and look at what is left; `level_out` also refits without each level."""
+def compare(
+    study: Study, state: CalibratedStudy | None = None, level_out: bool = False, other_units: bool = False
+) -> Comparison:
+    """Calibrate a study's present model and look at what is left.
+
+    `level_out` also refits without each level, and it, or `other_units`, with a column in each other unit.
+    """
     state = state or fit_study(study)
     model, cells, fitted = state.model, state.cells, state.fit
     names = [model.names[c] for c in fitted.problem.free]
@@ -112,6 +120,7 @@ def compare(study: Study, state: CalibratedStudy | None = None, level_out: bool 
     loose = tuple(name for name in loose if name not in stuck)
     rows = row_residuals(state)
     limit, drifts = far_off(state), constancy_tests(state)
+    unit = likely_unit(state) if level_out or other_units else None
     values = dict(zip(names, map(float, fitted.values), strict=True))
     comparison = Comparison(
         effects=tuple(study.effects),
@@ -134,10 +143,9 @@ def compare(study: Study, state: CalibratedStudy | None = None, level_out: bool 
         warnings=(
             *cells.warnings,
             *model.warnings,
-            *warnings_of(state, stuck, loose),
-            *doubted_units(state),
-            *doubted_sd(state, drifts),
-            *doubted_constants(state, values),
+            *warnings_of(state, stuck, loose, unit),
+            *(_doubts(state, drifts, values) if unit is None else [unit.words]),
+            *order_warnings(state, drifts),
         ),
         level_out_rms_error=level_out_errors(state) if level_out else None,
         rig_lack_of_fit_p=lack_by_rig(state),
@@ -162,7 +170,14 @@ def compare(study: Study, state: CalibratedStudy | None = None, level_out: bool 
     return comparison
 
 
-def warnings_of(state: CalibratedStudy, stuck: Sequence[str], loose: Sequence[str]) -> list[str]:
+def _doubts(state: CalibratedStudy, drifts: Sequence[Drift], values: dict[str, float]) -> list[str]:
+    """What looks wrong in the entries, where no unit of a whole column is the likely cause."""
+    return [*doubted_units(state), *doubted_sd(state, drifts), *doubted_constants(state, values)]
+
+
+def warnings_of(
+    state: CalibratedStudy, stuck: Sequence[str], loose: Sequence[str], unit: LikelyUnit | None = None
+) -> list[str]:
     """What to know of a fit: too few cases for it, constants at their bounds or not identified, or that act nowhere."""
     warnings = list(state.study.remarks)
     if not state.fit.settled:
@@ -175,7 +190,7 @@ def warnings_of(state: CalibratedStudy, stuck: Sequence[str], loose: Sequence[st
             "there are as many free parameters as different cases: any model fits, "
             "these data can show no missing effect; measure under more conditions"
         )
-    warnings += [stuck_words(state, name) for name in stuck]
+    warnings += [stuck_words(state, name, ranges_of(state)[name], unit) for name in stuck]
     if loose:
         warnings.append(f"not identified by these data: {', '.join(loose)}")
     for name, setting in state.study.parameters.items():
@@ -197,35 +212,6 @@ def ranges_of(state: CalibratedStudy) -> dict[str, tuple[float, float]]:
     problem = state.fit.problem
     names = [state.model.names[c] for c in problem.free]
     return {name: (float(low), float(high)) for name, low, high in zip(names, problem.low, problem.high, strict=True)}
-
-
-def stuck_words(state: CalibratedStudy, name: str) -> str:
-    """What it means that a constant ends at its bound, and what can be done there."""
-    (low, high), (least, most) = ranges_of(state)[name], declared_limits(state, name)
-    value = state.fit.point[state.model.column[name]]
-    upper = high - value < value - low
-    bound, limit = (high, most) if upper else (low, least)
-    if bound == limit:
-        return (
-            f"{name} ends at {bound:g}, beyond which there is none: the model does not hold the data; look for a missing "
-            "effect, and for a wrong unit in measurements.csv"
-        )
-    return (
-        f"{name} ends at {bound:g}, a bound of its range in the study: the range, or the model, does not hold the data; where "
-        f"the data may be right, set its {'max' if upper else 'min'} farther out first ({limit:g} at most)"
-    )
-
-
-def declared_limits(state: CalibratedStudy, name: str) -> tuple[float, float]:
-    """Beyond what a constant cannot be set: the limits that its rigs, or its effect, declare."""
-    catalogue, (first, _, second) = state.study.catalogue, name.partition(".")
-    if second:
-        declared = [catalogue.effects[first].parameters[second]]
-    else:
-        declared = [
-            catalogue.rigs[rig].parameters[name] for rig in state.study.rigs if name in catalogue.rigs[rig].parameters
-        ]
-    return max(float(q["min"]) for q in declared), min(float(q["max"]) for q in declared)
 
 
 def _one_observable(rows: Sequence[RowResidual]) -> bool:

@@ -19,13 +19,15 @@ from pellet_study.criticism.residuals import RowResidual
 from pellet_study.criticism.verdicts import Grade
 from pellet_study.model.model import key
 from pellet_study.study.measurements import Measurement
-from pellet_study.study.ranges import other_units, unusual_parameter
+from pellet_study.study.ranges import unusual_parameter
+from pellet_study.study.units import other_units
 
 FAR_OFF = 0.05  # p that a row of a model that lacks nothing is as far off, over all rows together
 TRIED = 3  # of the worst rows, each left out by itself
 CLOSER = 1e-3  # p of readings as close to the model, below which their sd is doubted
-FARTHER = 10.0  # standard errors, in the mean over the rows, from which on an sd is doubted
+FARTHER = 5.0  # standard errors, in the mean over the rows, from which on an sd is doubted; a power of ten lies beyond
 NEAR = 3.0  # times: a unit is named where its size is that near
+POWER = 0.3  # decades about a power of ten within which an sd is likely off by it
 REACH = 1.5  # times beyond what the constants can make, to allow for what the model lacks
 
 
@@ -130,9 +132,14 @@ def doubted_sd(state: CalibratedStudy, drifts: Sequence[Drift]) -> list[str]:
 
     Too small an sd leaves scatter without a shape; where a constant drifts the misfit has one, and is the model's.
     """
-    cells, said = state.cells, []
+    cells, said = state.cells, list[str]()
+    for (rig, observable), times in cells.contradicted.items():
+        if hint := _or_unit(times, state.study.catalogue.rigs[rig].units.get(observable, "")):
+            said.append(
+                f"{rig} {observable}: replicates scatter {_times(times)} times as much as their sd says: is sd too small{hint}?"
+            )
     if state.model.scatters or not cells.scale_known or cells.whiten.ndim > 1:
-        return []
+        return said
     free = len(state.fit.problem.free)
     for (rig, observable), places in _groups(state).items():
         rows = [r for r in state.study.rows if (r.rig, r.observable, r.split) == (rig, observable, "fit")]
@@ -163,10 +170,15 @@ def _times(ratio: float) -> str:
 
 
 def _or_unit(ratio: float, unit: str) -> str:
-    """`, or in cm where mm is declared`: the unit whose size is nearest, by which the sd would be right."""
-    near = {name: abs(np.log(size / max(ratio, 1e-300))) for name, size in other_units(unit).items()}
+    """`, or in cm where mm is declared`: the unit by which the sd would be right, else the power of ten that it is near."""
+    size = float(np.log10(max(ratio, 1e-300)))
+    near = {name: abs(float(np.log10(one)) - size) for name, one in other_units(unit).items()}
     name = min(near, key=lambda n: near[n], default=None)
-    return "" if name is None or near[name] > np.log(NEAR) else f", or in {name} where {unit} is declared"
+    if name is not None and near[name] < POWER:
+        return f", or in {name} where {unit} is declared"
+    if round(size) and abs(size - round(size)) < POWER:
+        return f", or off by a factor of {10 ** abs(round(size)):g}"
+    return ""
 
 
 def doubted_constants(state: CalibratedStudy, values: Mapping[str, float]) -> list[str]:

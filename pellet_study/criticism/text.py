@@ -9,6 +9,7 @@ from pellet_study.criticism.facts import Candidate, Proposal
 from pellet_study.criticism.fit_facts import Constant
 from pellet_study.criticism.grades import RULE
 from pellet_study.criticism.refine import Refinement
+from pellet_study.criticism.used_sd import AS_STATED, UsedSd, used_words
 from pellet_study.output.style import unit_in_words
 from pellet_study.output.terminal import fold
 from pellet_study.output.words import flush, number, probability, width
@@ -105,7 +106,8 @@ def constant_lines(constant: Constant, room: int) -> list[str]:
 
 def columns_used(row: dict) -> str:
     """What the fit takes of a row beside its value and conditions: `sd 0.5, n 3, setup a, setup_sd 0.2`."""
-    parts = [] if row["sd"] is None else [f"sd {number(row['sd'], 3)}"]
+    parts = [used_words(row["sd"], UsedSd(row.get("sd_used"), row.get("sd_from") or AS_STATED))]
+    parts = list(filter(None, parts)) or ([] if row["sd"] is None else [f"sd {number(row['sd'], 3)}"])
     parts += [f"n {row['n']}"] if row["n"] > 1 else []
     parts += [f"setup {row['setup']}"] if row["setup"] else []
     parts += [f"setup_sd {number(row['setup_sd'], 3)}"] if row["setup_sd"] else []

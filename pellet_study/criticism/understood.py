@@ -9,12 +9,12 @@ from typing import Any
 
 from pellet_study.criticism.calibration import fit_study
 from pellet_study.criticism.diagnose import diagnose
+from pellet_study.criticism.reading_order import in_order_words
 from pellet_study.criticism.residuals import reading_sd
-from pellet_study.criticism.time_drift import ALONG, correlations
+from pellet_study.criticism.time_drift import along
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import fold
 from pellet_study.output.words import flush, number, width
-from pellet_study.study.measurements import Measurement
 from pellet_study.study.ranges import limits, usual
 from pellet_study.study.study import Study
 
@@ -164,18 +164,9 @@ def _advice(study: Study) -> list[str]:
         advice.append(f"column `order` is blank in line {lines}")
     for rig in study.rigs:
         rows = [row for row in ordered if row.rig == rig]
-        advice += _along(rig, rows) if rows else []
+        ran = along(rows) if rows else ()
+        advice += [in_order_words(rig, ran)] if ran else []
     return advice
-
-
-def _along(rig: str, rows: Sequence[Measurement]) -> list[str]:
-    """Conditions that were changed in the order of the readings."""
-    return [
-        f"{rig} was read in the order of {condition} (rank correlation {rho:.2f}): a drift with time would look like an "
-        "effect of it; randomise the order"
-        for condition, rho in correlations(rows).items()
-        if abs(rho) >= ALONG
-    ]
 
 
 def understood_page(answer: dict[str, Any]) -> str:

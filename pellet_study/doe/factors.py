@@ -151,12 +151,15 @@ def parse_levels(text: str) -> dict[str, float]:
     try:
         pairs = LEVEL.findall(text)
         whole = "".join(f"{name}={level}{end}" for name, level, end in pairs) == text
-        if not whole or any(re.match(r"\s*\d+,", name) for name, *_ in pairs):  # the rest of a decimal comma
+        before = ["."] + [level for _, level, _ in pairs]  # a level with a point has no rest behind its comma
+        rests = [re.match(r"\s*\d+,", n) and "." not in b for (n, *_), b in zip(pairs, before, strict=False)]
+        if not whole or any(rests):  # the rest of a decimal comma
             raise ValueError
         levels = {name.strip(): number_given(level) for name, level, _ in pairs}
     except ValueError:
         raise InputError(
-            f"{text!r} was not understood: expected NAME=LEVEL,NAME=LEVEL, with decimal points, such as B=0.887,C=0.319"
+            f"{text!r} was not understood: expected NAME=LEVEL,NAME=LEVEL, with decimal points, such as B=0.887,C=0.319; "
+            "before a name that begins with a number and a comma too: B=1.0,2,4-D=3"
         ) from None
     if len(levels) < len(pairs):
         raise InputError(f"{text!r} gives a level twice: expected each name once")

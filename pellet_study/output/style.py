@@ -63,6 +63,7 @@ COLUMNS = {"single": 85.0, "double": 175.0}
 """Widths of a journal's columns, mm: what most of them take."""
 NARROWEST, WIDEST = 40.0, 400.0
 MM_PER_INCH = 25.4
+LEGEND = 0.5  # inches of a legend that a figure's height has room for; a taller one makes it taller
 PANEL = 2.1  # inches, below which a panel's labels do not fit
 _width_mm: ContextVar[float | None] = ContextVar("width_mm", default=None)
 _ending: ContextVar[str | None] = ContextVar("ending", default=None)
@@ -252,7 +253,7 @@ def legend_below(figure: Any, handles: Iterable, labels: Iterable[str], columns:
     On given axes it stands in the first of them: the rest of their figure is the caller's.
     """
     letters = min(LABEL_WIDTH, letters_in(figure.get_figwidth() - 0.8, 0.9))
-    labels = [folded(text, letters) for text in labels]
+    handles, labels = list(handles), [folded(text, letters) for text in labels]  # tried in several columns
     if ax is not None:
         first = ax.flat[0] if hasattr(ax, "flat") else ax[0] if isinstance(ax, list | tuple) else ax
         first.legend(handles, labels, handler_map=_beside())
@@ -260,6 +261,8 @@ def legend_below(figure: Any, handles: Iterable, labels: Iterable[str], columns:
     for number in range(min(columns, len(labels)), 0, -1):
         legend = figure.legend(handles, labels, loc="outside lower center", ncols=number, handler_map=_beside())
         if number == 1 or legend.get_window_extent().width <= 0.97 * figure.bbox.width:
+            tall = legend.get_window_extent().height / figure.dpi
+            figure.set_figheight(figure.get_figheight() + max(0.0, tall - LEGEND))
             return
         legend.remove()
 

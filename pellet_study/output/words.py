@@ -2,12 +2,14 @@
 
 import re
 from collections.abc import Iterable
-from difflib import get_close_matches
+from difflib import SequenceMatcher, get_close_matches
 
 # control characters but for the end of a line and the tabulator; marks of direction, of bytes, and ends of lines
 ACTING = re.compile("[\x00-\x08\x0b-\x1f\x7f-\x9f\u061c\u200e\u200f\u2028-\u202e\u2066-\u2069\ufeff]")
 
 UNIT = re.compile(r"\s*[(\[\uff08\u3010].*$")  # of a column: `time (min)`
+
+HANDFUL = 6  # names that are listed of many
 
 
 def number(value: float | str | None, digits: int = 4) -> str:
@@ -43,13 +45,22 @@ def shown(text: str) -> str:
     return plain(" ".join(text.split()))
 
 
-def nearest(given: object, accepted: Iterable[str]) -> str:
-    """`; accepted are b, a, c; did you mean b?` for an error message: what is near first, the others by the alphabet."""
+def nearest(given: object, accepted: Iterable[str], all_in: str = "") -> str:
+    """`; accepted are b, a, c; did you mean b?` for an error message: what is near first, the others by the alphabet.
+
+    Of many the handful that is most like what was given; `all_in` says where all of them stand.
+    """
     names = sorted(accepted)
     if not names:
         return "; there is none"
-    near = _near(given, names, 3)
-    return f"; accepted are {', '.join(dict.fromkeys([*near, *names]))}{did_you_mean(given, names)}"
+    near = _near(given, names, HANDFUL)
+    by_likeness = sorted(names, key=lambda name: -SequenceMatcher(None, str(given), name).ratio())
+    rest = by_likeness if len(names) > HANDFUL else names
+    listed = list(dict.fromkeys([*near, *rest]))
+    shown = listed if len(listed) <= HANDFUL + 1 else listed[:HANDFUL]
+    more = f" and {len(listed) - len(shown)} more" if len(listed) > len(shown) else ""
+    more += f" ({all_in})" if more and all_in else ""
+    return f"; accepted are {', '.join(shown)}{more}{did_you_mean(given, names)}"
 
 
 def did_you_mean(given: object, accepted: Iterable[str]) -> str:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from pellet_study.criticism.facts import assumed_words
+from pellet_study.criticism.used_sd import AS_STATED, UsedSd, used_sds
 from pellet_study.output.style import declared
 from pellet_study.output.words import number
 from pellet_study.report.particles import particles
@@ -14,7 +15,7 @@ from pellet_study.study.study import Study
 
 MOST_ROWS = 20
 ALWAYS = ("rig", "observable", "value", "sd", "n")  # columns that stand even where they never change
-USED = ("setup", "setup_sd")  # columns of the fit that stand wherever they say anything
+USED = ("sd used", "setup", "setup_sd")  # columns of the fit that stand wherever they say anything
 
 
 @dataclass(frozen=True)
@@ -71,6 +72,7 @@ def first_rows(study: Study) -> Table:
     units, shown = study.units, study.rows[:MOST_ROWS]
     conditions = list(dict.fromkeys(c for rig in study.rigs for c in varied([r for r in study.rows if r.rig == rig])))
     known = list(dict.fromkeys(name for row in study.rows for name in row.parameters))
+    used = dict(zip(map(id, study.rows), used_sds(study.rows), strict=True))
     head = ["rig", "observable", "value", "sd", "n", *(declared(c, units) for c in conditions)]
     head += [*USED, *(declared(name, units) for name in known), "split", "reason", "note"]
     rows = [
@@ -81,6 +83,7 @@ def first_rows(study: Study) -> Table:
             number(row.sd, 3),
             f"{row.n:g}",
             *(number(row.conditions.get(c)) for c in conditions),
+            _used(used[id(row)]),
             row.setup,
             number(row.setup_sd, 3) if row.setup_sd else "",
             *(number(row.parameters.get(name)) for name in known),
@@ -100,9 +103,14 @@ def first_rows(study: Study) -> Table:
     return table(
         [head[k] for k in kept],
         [[row[k] for k in kept] for row in rows],
-        [m for m, k in enumerate(kept) if 2 <= k < len(head) - 3 and head[k] != "setup"],
+        [m for m, k in enumerate(kept) if 2 <= k < len(head) - 3 and head[k] not in ("setup", "sd used")],
         caption + " of measurements.csv (conditions, split and note are left out where they never change)",
     )
+
+
+def _used(used: UsedSd) -> str:
+    """`2.6 (replicates scatter 5.1 times as much ...)` where it is not the stated one."""
+    return "" if used.why == AS_STATED else f"{number(used.sd, 3)} ({used.why})"
 
 
 def left_out(study: Study) -> Table | None:

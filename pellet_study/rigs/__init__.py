@@ -1,6 +1,6 @@
 """Rigs and effects by name, from what their files declare, and complete cases for those that run on YADE.
 
-    elsewhere, scripts < declared < catalogue < on_yade, closed_form/layer_on_incline, closed_form/shear_cell
+    elsewhere, scripts < declared < known < declarations < catalogue < on_yade, closed_form/layer_on_incline, closed_form/shear_cell
 
 It hands on the package's rigs by name and their cases, and the catalogue that a study adds its own to.
 """

@@ -10,7 +10,9 @@ from pathlib import Path
 from pellet_study.errors import InputError
 from pellet_study.files import opening
 from pellet_study.output.words import nearest
-from pellet_study.rigs.declared import Effect, Rig, effect_from, rig_from
+from pellet_study.rigs.declarations import effect_from, rig_from
+from pellet_study.rigs.declared import Effect, Rig
+from pellet_study.rigs.known import with_ranges
 from pellet_study.rigs.scripts import SCRIPTS
 
 LARGEST_CODE = 1_000_000  # bytes
@@ -102,4 +104,6 @@ def standard() -> Catalogue:
         effect_from(importlib.import_module(f"yade_scripts.effects.{f.stem}"), f)
         for f in declaring(SCRIPTS / "effects", "EFFECT")
     ]
-    return Catalogue({rig.name: rig for rig in rigs}, {e.name: e for e in sorted(effects, key=lambda e: e.order)})
+    return Catalogue(
+        {rig.name: with_ranges(rig) for rig in rigs}, {e.name: e for e in sorted(effects, key=lambda e: e.order)}
+    )

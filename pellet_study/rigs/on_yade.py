@@ -7,7 +7,8 @@ from pathlib import Path
 from pellet_study.errors import InputError
 from pellet_study.output.words import did_you_mean, nearest
 from pellet_study.rigs.catalogue import declaring, standard
-from pellet_study.rigs.declared import Condition, Rig, rig_in
+from pellet_study.rigs.declarations import rig_in
+from pellet_study.rigs.declared import Condition, Rig
 from pellet_study.rigs.scripts import SCRIPTS
 from yade_scripts import case as case_file
 from yade_scripts import laws

@@ -2,6 +2,8 @@
 
 import ast
 import hashlib
+import sys
+import sysconfig
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -51,6 +53,48 @@ def imported(source: bytes) -> list[Path]:
     return found
 
 
+def modules_of(file: Path) -> list[Path]:
+    """Modules of the user's own that a file of theirs imports, and those that these do, in the order of their names.
+
+    They stand beside it, or on the path outside Python's own folders; what comes with Python, or was installed, is none.
+    """
+    seen: list[Path] = []
+    waiting = [file]
+    while waiting:
+        source = waiting.pop()
+        for one in _beside(source):
+            if one not in seen and one != file:
+                seen.append(one)
+                waiting.append(one)
+    return sorted(seen)
+
+
+def _beside(file: Path) -> list[Path]:
+    """The user's own modules that one file's imports name."""
+    names: dict[str, None] = {}
+    for node in ast.walk(ast.parse(file.read_bytes())):
+        if isinstance(node, ast.Import):
+            names |= dict.fromkeys(alias.name for alias in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            names |= {node.module: None} | dict.fromkeys(f"{node.module}.{alias.name}" for alias in node.names)
+    places = [file.parent, *(Path(p) for p in sys.path if p and _of_user(Path(p)))]
+    found = []
+    for name in names:
+        if name.split(".")[0] in {*sys.stdlib_module_names, "yade_scripts", "pellet_study"}:
+            continue
+        stems = [place.joinpath(*name.split(".")) for place in places]
+        tried = [option for stem in stems for option in (stem.with_suffix(".py"), stem / "__init__.py")]
+        found += [option.resolve() for option in tried if option.is_file()][:1]
+    return found
+
+
+def _of_user(place: Path) -> bool:
+    """Whether a folder of the path is none of Python's own, with what is installed there."""
+    resolved = place.resolve()
+    python = (Path(p).resolve() for p in {sys.prefix, sys.base_prefix, *sysconfig.get_paths().values()})
+    return not any(resolved.is_relative_to(own) for own in python if own != Path("/"))
+
+
 def _sources(files: Sequence[Path]) -> dict[Path, bytes]:
     """Some scripts and all that they import of yade_scripts."""
     seen: dict[Path, bytes] = {}
@@ -60,4 +104,5 @@ def _sources(files: Sequence[Path]) -> dict[Path, bytes]:
         if source not in seen and source.exists():
             seen[source] = source.read_bytes()
             waiting += imported(seen[source])
+            waiting += [] if source.is_relative_to(SCRIPTS) else modules_of(source)
     return seen

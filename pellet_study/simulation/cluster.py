@@ -20,7 +20,8 @@ from typing import Any
 
 import pellet_study
 from pellet_study.errors import InputError, SimulationError, StudyError
-from pellet_study.rigs.declared import Rig, rig_in
+from pellet_study.rigs.declarations import rig_in
+from pellet_study.rigs.declared import Rig
 from pellet_study.rigs.on_yade import rigs_of
 from pellet_study.rigs.scripts import SCRIPTS
 from pellet_study.simulation import local, settings, yade

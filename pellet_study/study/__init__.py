@@ -1,6 +1,6 @@
 """A study folder: study.toml, its measurements, effects and rigs of the user's own, and what is remembered of it.
 
-    ranges < measurements, jumps < spreads < conditions, continuity, misplaced < scene_trials < checked_code < user_code < study < values < load, edit, history, starting
+    units < ranges < measurements, jumps < spreads < conditions, continuity, misplaced < scene_trials < checked_code < user_code < study < values < load, edit, history, starting
     < measured
 
 It hands on what a study is and how one is read.

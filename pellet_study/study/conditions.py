@@ -11,7 +11,7 @@ from pellet_study.errors import InputError
 from pellet_study.output.words import number
 from pellet_study.rigs.catalogue import Catalogue
 from pellet_study.study.measurements import Measurement
-from pellet_study.study.ranges import refuse_beyond, unusual, unusual_parameter
+from pellet_study.study.ranges import refuse_beyond, unusual, unusual_parameter, unusual_readings
 from pellet_study.study.spreads import unusual_sd
 
 SHOWN = 3  # groups of equal rows that are named
@@ -74,6 +74,9 @@ def remarks(rows: Sequence[Measurement], catalogue: Catalogue, fixed: Mapping[st
             known = [row.parameters[name] for row in of_rig if name in row.parameters]
             known += [fixed[name]] if name in fixed else []
             said.append((rig, unusual_parameter(name, quantity, known)))
+        for observable in dict.fromkeys(row.observable for row in of_rig):
+            read = [r.value for r in rows if (r.rig, r.observable) == (rig, observable) and r.split != "leave_out"]
+            said.append((rig, unusual_readings(declared, observable, read)))
     return (*(f"{rig}: {words}" for rig, words in said if words), *unusual_sd(rows), *_equal_rows(rows))
 
 

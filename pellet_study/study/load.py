@@ -37,13 +37,14 @@ CONTACT_LAWS = tuple(laws.LAWS)
 EFFORT = {"min": 0.5, "max": 100.0}  # simulations of the rigs on YADE, as a multiple of the least that answers
 
 
-def load(folder: Path, library: Path | None = None) -> Study:
+def load(folder: Path, library: Path | None = None, instead: Path | None = None) -> Study:
     """Read and check a study folder.
 
     Parameters
     ----------
     library : a folder with `effects/` and `rigs/` of the user's own that several studies share; it is given by whoever
         loads a study, never by the study, because what is in it is run
+    instead : a file read in place of the study's measurements, to try it
 
     Raises
     ------
@@ -55,7 +56,7 @@ def load(folder: Path, library: Path | None = None) -> Study:
     given = toml_in(file, "a study is a folder with study.toml and measurements.csv", explain=_stray)
     refuse_unknown(given, file)
     everything = catalogue_of(folder, library)
-    measurements = _inside(folder, file, text(file, given, "measurements", "measurements.csv"))
+    measurements = instead or _inside(folder, file, text(file, given, "measurements", "measurements.csv"))
     rows = read(measurements, everything)
     refuse_sizes(measurements, rows)
     check_conditions(measurements, rows, everything)

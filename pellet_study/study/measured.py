@@ -14,8 +14,8 @@ from pathlib import Path
 from pellet_study.errors import InputError
 from pellet_study.files import opening, writing
 from pellet_study.rigs.catalogue import Catalogue
-from pellet_study.study.conditions import check_conditions
-from pellet_study.study.load import measurements_of
+from pellet_study.study.history import read_history
+from pellet_study.study.load import load, measurements_of
 from pellet_study.study.measurements import ENCODINGS, TEXTS, Measurement, read, refuse_sizes
 from pellet_study.study.user_code import catalogue_of
 from pellet_study.tables import rows
@@ -28,7 +28,8 @@ BOM = b"\xef\xbb\xbf"
 def measured(folder: Path, file: Path, library: Path | None = None) -> tuple[Measurement, ...]:
     """Put the rows of a file, written as measurements.csv is, at the end of a study's measurements; returns them.
 
-    Where the last rows there are these already, nothing is written: a call that was interrupted is finished.
+    Where the last rows there are these already, nothing is written: a call that was interrupted is finished, and where an answer
+    was given with them they are refused.
 
     Raises
     ------
@@ -46,15 +47,13 @@ def measured(folder: Path, file: Path, library: Path | None = None) -> tuple[Mea
     header, lines = together(old, _with_decimal(more, added_form, form), everything)
     count = len(more) - 1
     if len(header) == width and old[1:][-count:] == lines[-count:]:
+        _refuse_answered(folder, there, file, library)
         log.warning(
-            "the last rows of %s are those of %s already: nothing is added. Where they are further readings that came out the "
-            "same, add them by hand",
-            there,
-            file,
+            "the last rows of %s are those of %s already, put there by a call that was interrupted", there, file
         )
         return new
     content = _written(there, form, [header, *lines], count, fresh=len(header) > width)
-    _check(there, file, content, everything)
+    _check(folder, there, file, content, library)
     writing.data(there, content, ours=writing.anything)
     return new
 
@@ -106,12 +105,22 @@ def _written(there: Path, form: Form, table: Sequence[list[str]], count: int, fr
     return text.encode(form.encoding)
 
 
-def _check(there: Path, file: Path, content: bytes, everything: Catalogue) -> None:
-    """Refuse rows that do not go with those there are."""
-    with tempfile.TemporaryDirectory() as folder:
-        trial = Path(folder) / there.name
+def _refuse_answered(folder: Path, there: Path, file: Path, library: Path | None) -> None:
+    """Refuse rows that are at the end already where an answer has been given with them: twice the same says nothing new."""
+    steps = read_history(folder)
+    if steps and steps[-1].get("basis") == load(folder, library).basis:
+        raise InputError(
+            f"{file}: its rows are the last of {there} already, and the last answer was given with them: nothing is added. Leave out "
+            f"--measure; further readings that came out the same are added to {there} by hand"
+        )
+
+
+def _check(folder: Path, there: Path, file: Path, content: bytes, library: Path | None) -> None:
+    """Refuse rows with which the study could not be loaded."""
+    with tempfile.TemporaryDirectory() as scratch:
+        trial = Path(scratch) / there.name
         trial.write_bytes(content)
         try:
-            check_conditions(trial, read(trial, everything), everything)
+            load(folder, library, instead=trial)
         except InputError as error:
             raise InputError(str(error).replace(str(trial), f"{there} with {file} added")) from None

@@ -9,9 +9,9 @@ from pellet_study.errors import InputError
 from pellet_study.output.words import nearest
 from pellet_study.rigs.catalogue import Catalogue
 from pellet_study.rigs.declared import Condition, Rig
-from pellet_study.study.ranges import other_unit
+from pellet_study.study.ranges import other_unit, refuse_unreadable
 from pellet_study.tables import rows
-from pellet_study.tables.numbers import BLANKS, SIZES, fits, number
+from pellet_study.tables.numbers import BLANKS, SIZES, fits, is_number, number
 
 COLUMNS = {  # what a file may have besides the conditions and parameters of its rigs, in the order in which they are read
     "rig": "name of the rig that was read",
@@ -111,13 +111,18 @@ def _check_header(
         of_rigs = {n for rig in rigs for n in (*catalogue.rigs[rig].conditions, *catalogue.rigs[rig].parameters)}
         raise InputError(
             f"{file}: line {first}: column {unknown!r} is unknown{' in ' + ', '.join(rigs) if rigs else ''}"
-            f"{nearest(unknown, {*COLUMNS, *of_rigs} if rigs else accepted)}"
+            f"{nearest(unknown, {*COLUMNS, *of_rigs} if rigs else accepted, _all_of(rigs))}"
         )
     missing = [name for name in REQUIRED if name not in header]
     if missing:
         raise InputError(
             f"{file}: line {first}: column {', '.join(missing)} is missing; given were {', '.join(header)}"
         )
+
+
+def _all_of(rigs: Sequence[str]) -> str:
+    """Where all columns of some rigs stand."""
+    return f"`pellet-study init NEW --rig {rigs[0]}` writes a study with all of them" if rigs else ""
 
 
 def _rigs_of(file: Path, header: list[str], catalogue: Catalogue, table: Iterator[tuple[int, list[str]]]) -> list[Rig]:
@@ -137,7 +142,7 @@ def _number(
     try:
         value = number(text, decimal)
     except ValueError:
-        hint = "; write a point for the decimal comma" if decimal == "." and "," in text else ""
+        hint = _comma_hint(text) if decimal == "." else ""
         hint = "; other cells have a decimal comma: write one here too" if decimal == "," and "." in text else hint
         raise InputError(f"{where}: {name} {text[:60]!r}: expected a number{hint}") from None
     if not math.isfinite(value):
@@ -145,6 +150,15 @@ def _number(
     if least is not None and (value < least or (strict and value == least)):
         raise InputError(f"{where}: {name} {text!r}: expected {'more than' if strict else 'at least'} {least:g}")
     return value
+
+
+def _comma_hint(text: str) -> str:
+    """What to do where a number has a comma among numbers with a point."""
+    if "," not in text:
+        return ""
+    if is_number(text, ","):
+        return f"; {text} has a decimal comma, other cells a point: write {text.replace(',', '.')}"
+    return "; a comma is neither a point nor part of a number here: write a point, and one number a cell"
 
 
 def _check_split(where: str, split: str, reason: str) -> None:
@@ -195,11 +209,8 @@ class _Rows:
             raise InputError(f"{where}: n {n!r}: expected a whole number of readings")
         _check_split(where, split, reason)
         reading = _number(where, "value", value, decimal=self.decimal)
-        low, high = self.catalogue.rigs[rig].readable.get(observable, (-math.inf, math.inf))
-        if not low <= reading <= high and split != "leave_out":
-            raise InputError(
-                f"{where}: value {value!r}: {observable} of {rig} can be read from {low:g} to {high:g} only"
-            )
+        if split != "leave_out":
+            refuse_unreadable(where, self.catalogue.rigs[rig], observable, value, reading)
         return Measurement(
             rig=rig,
             observable=observable,

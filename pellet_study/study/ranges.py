@@ -6,24 +6,14 @@ unit, a power of ten or radians for degrees, would bring values into the usual r
 """
 
 import math
-import re
 from collections.abc import Iterable, Mapping, Sequence
 
 from pellet_study.errors import InputError
+from pellet_study.rigs.declared import Rig
+from pellet_study.study.units import an_angle, in_unit, likely_unit
 
 BEYOND = 10.0  # times the usual range: what a rig can simulate where it declares no limits
 TINY = 0.02  # of the usual range: smaller values of a quantity that may be zero are likely in another unit
-PREFIXES = {"": 1.0, "k": 1e3, "m": 1e-3, "M": 1e6, "u": 1e-6, "c": 1e-2, "G": 1e9, "n": 1e-9}  # the likelier first
-BASES = ("m", "g", "Pa", "N", "J", "s", "Hz", "m/s", "J/m2")
-FORMS = {  # units that are no prefix and base: {the unit meant instead: its size in the declared unit}
-    "deg": {"rad": math.degrees(1.0)},
-    "rad": {"deg": math.radians(1.0)},
-    "kg/m3": {"g/cm3": 1e3, "mg/cm3": 1.0},
-    "g/cm3": {"kg/m3": 1e-3},
-    "percent": {"a share of one": 100.0},
-    "%": {"a share of one": 100.0},
-    "1": {"percent": 0.01},
-}
 
 
 def usual(quantity: Mapping) -> tuple[float, float]:
@@ -53,35 +43,20 @@ def other_unit(
     within : default the usual range
     least : the smallest size, in the declared unit, of the units looked at
     """
-    low, high = within or usual(quantity)
-    given = [value for value in values if value]
-    unit = str(quantity.get("unit", ""))
-    for name, size in other_units(unit).items():
-        if given and size >= least and all(low <= size * value <= high for value in given):
-            first = f"{given[0]:.4g}"
-            return f"; {first} {name} would be {size * given[0]:.4g}{_of(unit)}: is it given in {name}?"
-    return ""
-
-
-def other_units(unit: str) -> dict[str, float]:
-    """Units that may have been meant for a declared one, with their size in it, the likelier first."""
-    if unit in FORMS:
-        return FORMS[unit]
-    found = re.fullmatch(rf"([kmuMGcn]?)({'|'.join(sorted(map(re.escape, BASES), key=len, reverse=True))})", unit)
+    given, span = [value for value in values if value], within or usual(quantity)
+    if an_angle(quantity, given, span):
+        return f"; {given[0]:.4g} deg would be tan {given[0]:.4g} = {math.tan(math.radians(given[0])):.3g}: is it given as an angle?"
+    found = likely_unit(quantity, given, span, least)
     if found is None:
-        return {}
-    own = PREFIXES[found[1]]
-    sensible = [prefix for prefix in PREFIXES if prefix != found[1] and (prefix != "c" or found[2].startswith("m"))]
-    return {prefix + found[2]: PREFIXES[prefix] / own for prefix in sensible}
-
-
-def _of(unit: str) -> str:
-    return "" if unit in ("", "1") else f" {unit}"
+        return ""
+    name, size = found
+    unit = in_unit(str(quantity.get("unit", "")))
+    return f"; {given[0]:.4g} {name} would be {size * given[0]:.4g}{unit}: is it given in {name}?"
 
 
 def range_words(quantity: Mapping, range_: tuple[float, float]) -> str:
     """`10 to 3000 mm`."""
-    return f"{range_[0]:g} to {range_[1]:g}{_of(str(quantity.get('unit', '')))}"
+    return f"{range_[0]:g} to {range_[1]:g}{in_unit(str(quantity.get('unit', '')))}"
 
 
 def refuse_beyond(where: str, name: str, value: float, quantity: Mapping, column: Sequence[float] = ()) -> None:
@@ -110,13 +85,55 @@ def unusual(name: str, quantity: Mapping, values: Sequence[float]) -> str:
     low, high = usual(quantity)
     beyond = [value for value in values if not low <= value <= high]
     if beyond:
-        hint = other_unit(quantity, values)
-        shown = ", ".join(f"{value:g}" for value in beyond[:3]) + (", ..." if len(beyond) > 3 else "")
-        return f"{name} {shown} lies beyond the usual {range_words(quantity, (low, high))}{hint}"
+        return f"{name} {_beyond_words(beyond, quantity, (low, high), other_unit(quantity, values))}"
     largest = max(map(abs, values), default=0.0)
     if low <= 0 < largest < TINY * high and (hint := other_unit(quantity, values, least=1.0)):
-        return f"{name} is at most {largest:g} where up to {high:g}{_of(str(quantity.get('unit', '')))} is usual{hint}"
+        return (
+            f"{name} is at most {largest:g} where up to {high:g}{in_unit(str(quantity.get('unit', '')))} is usual{hint}"
+        )
     return ""
+
+
+def reading_words(low: float, high: float, unit: str) -> str:
+    """`from 0 to 80 deg`, `at least 0 mm`: what can be read of an observable."""
+    return f"at least {low:g}{in_unit(unit)}" if high == math.inf else f"from {low:g} to {high:g}{in_unit(unit)}"
+
+
+def refuse_unreadable(where: str, rig: Rig, observable: str, text: str, value: float) -> None:
+    """Refuse a reading that nobody can have read.
+
+    Raises
+    ------
+    InputError : names what can be read, and the likely unit
+    """
+    low, high = rig.readable.get(observable, (-math.inf, math.inf))
+    if low <= value <= high:
+        return
+    unit = rig.units.get(observable, "")
+    hint = other_unit({"unit": unit, "max": high}, (value,), rig.usual.get(observable, (low, high)))
+    words = reading_words(low, high, unit)
+    raise InputError(f"{where}: value {text!r}: {observable} of {rig.name} can be read {words} only{hint}")
+
+
+def unusual_readings(rig: Rig, observable: str, values: Sequence[float]) -> str:
+    """What to say of readings beyond the usual range of their observable, or nothing.
+
+    A few far readings among many are the business of the fit, which names rows; here the most are.
+    """
+    if observable not in rig.usual:
+        return ""
+    low, high = rig.usual[observable]
+    beyond = [value for value in values if not low <= value <= high]
+    if 2 * len(beyond) <= len(values):
+        return ""
+    quantity = {"unit": rig.units.get(observable, ""), "max": high}
+    return f"{observable} {_beyond_words(beyond, quantity, (low, high), other_unit(quantity, values, (low, high)))}"
+
+
+def _beyond_words(beyond: Sequence[float], quantity: Mapping, span: tuple[float, float], hint: str) -> str:
+    """`0.3, 0.5, 0.6, ... lies beyond the usual 3 to 85 deg; ...`."""
+    shown = ", ".join(f"{value:g}" for value in beyond[:3]) + (", ..." if len(beyond) > 3 else "")
+    return f"{shown} lies beyond the usual {range_words(quantity, span)}{hint}"
 
 
 def unusual_parameter(name: str, quantity: Mapping, values: Iterable[float]) -> str:
@@ -127,7 +144,4 @@ def unusual_parameter(name: str, quantity: Mapping, values: Iterable[float]) -> 
     beyond = [value for value in values if not low <= value <= high]
     if not beyond:
         return ""
-    return (
-        f"{name} {beyond[0]:g} lies beyond the usual {range_words(quantity, (low, high))}"
-        f"{other_unit(quantity, beyond, (low, high))}"
-    )
+    return f"{name} {_beyond_words(beyond[:1], quantity, (low, high), other_unit(quantity, beyond, (low, high)))}"

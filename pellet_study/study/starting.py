@@ -134,7 +134,7 @@ def _said(quantity: Mapping) -> str:
 def _printed(rig: Rig) -> list[dict[str, Any]]:
     """One reading at the default conditions: the source paper's, or one made up, to be replaced."""
     observable = next(iter(rig.observables))
-    low, high = rig.readable.get(observable, (0.0, 2.0))
+    low, high = rig.usual.get(observable) or rig.readable.get(observable, (0.0, 2.0))
     value, sd = PRINTED.get(rig.name, (0.5 * (low + high), None))
     note = (
         "the source paper's reading: put your own here" if rig.name in PRINTED else "made up: put your own reading here"

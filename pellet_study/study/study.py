@@ -11,7 +11,9 @@ from pellet_study.errors import InputError
 from pellet_study.files import opening
 from pellet_study.rigs.catalogue import Catalogue
 from pellet_study.rigs.declared import Condition, Effect
+from pellet_study.rigs.scripts import modules_of
 from pellet_study.study.measurements import Measurement
+from yade_scripts import laws
 
 Possible = tuple[float, float] | tuple[str, ...]  # least and largest of a condition, or the words that it may be
 SEEDS_BY = ("setting", "place")  # of a heap that `calibrate` asks for; by its place in the design in release 0.1
@@ -33,6 +35,7 @@ SCALINGS = {"bond_number": 2.0, "none": 0.0}  # exponent of the amplification in
 
 
 RESTITUTION_AT = {"centre": 0.0, "contact": 1.0}  # damping_at_contact of the bench rigs on YADE
+WITHOUT_DAMPER = (laws.LOCAL_DAMPING,)
 
 
 @dataclass(frozen=True)
@@ -101,7 +104,8 @@ class Study:
         """A hash of the rows and of the code of the rigs of one's own: answers of another basis do not belong beside this study's."""
         own = [place.resolve() for place in (self.folder, self.library) if place is not None]
         files = [self.catalogue.rigs[rig].file for rig in self.rigs]
-        code = [opening.text(f) for f in files if f and any(f.resolve().is_relative_to(place) for place in own)]
+        mine = [f for f in files if f and any(f.resolve().is_relative_to(place) for place in own)]
+        code = [opening.text(one) for f in mine for one in (f, *modules_of(f))]
         rows = [{name: getattr(row, name) for name in OF_BASIS} for row in self.rows]
         text = repr((rows, [ast.dump(ast.parse(one)) for one in code]))
         return hashlib.sha256(text.encode()).hexdigest()[:16]
@@ -208,11 +212,27 @@ def check(study: Study, where: str = "") -> None:
                     f"{', '.join(study.catalogue.effects[name].rigs)}. Acting here: {', '.join(acting) or 'no effect'}"
                 )
     refuse_by_law(study, where)
+    refuse_no_damper(study, where)
     owners = {name: effect.name for effect in study.catalogue.effects.values() for name in effect.owns}
     for name in study.parameters:
         owner = owners.get(name)
         if owner is not None and owner not in study.effects:
             raise InputError(f"{where}parameters: {name} belongs to the effect {owner}; list {owner} in [effects] too")
+
+
+def refuse_no_damper(study: Study, where: str = "") -> None:
+    """Refuse a restitution at the contact where the law of a rig that asks for it has no damper.
+
+    Raises
+    ------
+    InputError : says which law, and what to do
+    """
+    asking = [r for r in study.rigs if "damping_at_contact" in study.catalogue.rigs[r].numerics]
+    if study.restitution_at == "contact" and study.contact_law in WITHOUT_DAMPER and asking:
+        raise InputError(
+            f'{where}restitution_at "contact": the contact law {study.contact_law} of {", ".join(asking)} has no damper that could '
+            'take a mass; expected restitution_at = "centre" with it, or another contact_law'
+        )
 
 
 def refuse_by_law(study: Study, where: str = "") -> None:

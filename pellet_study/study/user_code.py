@@ -12,7 +12,8 @@ from typing import Any, TypeVar
 from pellet_study.errors import InputError
 from pellet_study.output.words import did_you_mean, nearest
 from pellet_study.rigs.catalogue import Catalogue, declaring, standard
-from pellet_study.rigs.declared import Effect, Rig, effect_from, rig_from
+from pellet_study.rigs.declarations import effect_from, rig_from
+from pellet_study.rigs.declared import Effect, Rig
 from pellet_study.rigs.scripts import scene
 from pellet_study.study.checked_code import checked_acts, checked_rig
 from pellet_study.study.misplaced import refuse_misplaced

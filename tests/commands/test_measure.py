@@ -79,12 +79,25 @@ def test_the_proposed_reading_is_added_and_the_tie_is_undone(tie, capsys):
     assert command("report", tie)[0] == 0
 
 
-def test_rows_that_are_there_already_are_not_added_again(tie):
+def test_rows_that_are_there_already_are_not_added_again(tie, capsys):
     file = proposed(tie, refined(tie))
     refined(tie, "--measure", file)
     content = (tie / "measurements.csv").read_bytes()
+    assert command("refine", tie, "--measure", file)[0] == 2  # an answer was given with them
+    assert "the last answer was given with them: nothing is added. Leave out --measure" in capsys.readouterr().err
+    (tie / "history.json").unlink()  # as where the first call was interrupted
     refined(tie, "--measure", file)
     assert (tie / "measurements.csv").read_bytes() == content
+
+
+def test_a_row_with_which_the_study_could_not_be_loaded_is_not_added(tie, capsys):
+    """A heap beside layers: cohesion is a stress in the one and an energy in the other, so that no study may have both."""
+    before = (tie / "measurements.csv").read_bytes()
+    text = "rig,observable,value,sd\nrepose,repose_angle_deg,35,1\n"
+    assert command("refine", tie, "--measure", one_row(tie, text))[0] == 2
+    said = capsys.readouterr().err
+    assert "is not the same quantity in all rigs used" in said
+    assert (tie / "measurements.csv").read_bytes() == before
 
 
 def one_row(path, text: str):

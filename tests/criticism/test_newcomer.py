@@ -84,7 +84,8 @@ def test_an_sd_of_one_row_in_another_unit_is_named_with_its_line(tmp_path, capsy
 def test_readings_in_another_unit_are_hinted_at(tmp_path, capsys, times, name):
     study = ball(tmp_path / "s", lambda h, v: f"{v * times:.6f},{0.01 * v * times:.7f},{h}")
     answer = asked("diagnose", study, capsys)[1]
-    assert any(f"are they given in {name}?" in w and "within" in w for w in answer["warnings"]), answer["warnings"]
+    said = f"rebound_mm and their sd given in {name} instead of mm is the likely cause"
+    assert any(said in w for w in answer["warnings"]), answer["warnings"]
 
 
 def test_a_fitted_constant_beyond_its_usual_range_is_warned_of(tmp_path, capsys):

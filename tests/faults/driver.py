@@ -76,7 +76,7 @@ def main(store: str, table: str, number: str, pause: str = "", fault: str = "0")
     """The campaign."""
     from pellet_study.bench import report
     from pellet_study.rigs import on_yade
-    from pellet_study.rigs.declared import rig_in
+    from pellet_study.rigs.declarations import rig_in
     from pellet_study.simulation import dispatch
 
     if pause:

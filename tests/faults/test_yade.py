@@ -10,7 +10,7 @@ import pytest
 
 from pellet_study.errors import SimulationError
 from pellet_study.rigs import on_yade
-from pellet_study.rigs.declared import rig_in
+from pellet_study.rigs.declarations import rig_in
 from pellet_study.simulation import dispatch, local, yade
 from tests.faults.driver import FAULTY, command, paragraph, rows, simulating, wait_until
 

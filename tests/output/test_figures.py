@@ -95,3 +95,29 @@ def test_a_file_without_grains_is_refused(text, tmp_path):
     (tmp_path / "grains.csv").write_text(text)
     with pytest.raises(InputError, match=r"grains\.csv"):
         render.read_grains(tmp_path / "grains.csv")
+
+
+@pytest.mark.parametrize("width", ["single", "double"])
+@pytest.mark.parametrize("count", [1, 3, 7])
+def test_a_legend_that_needs_one_column_still_names_every_kind(width, count, monkeypatch):
+    """Handles given once are drawn in every arrangement that is tried."""
+    from matplotlib.patches import Patch
+
+    from tests.helpers.pictures import assert_readable
+
+    names = [f"a kind of bar with a long name of its own, the {k}" for k in range(count)]
+
+    @style.styled
+    def drawn():
+        figure, axes = style.new_axes(6.0, 3.0 + 0.3 * count)
+        axes.set(xlabel="x (-)", ylabel="y (-)")
+        style.legend_below(figure, (Patch(facecolor="red") for _ in names), names)
+        return figure
+
+    with style.column(style.COLUMNS[width]):
+        figure = drawn()
+        assert_readable(figure)
+        (legend,) = figure.legends
+        shown = [" ".join(text.get_text().split()) for text in legend.get_texts()]
+        assert shown == names and len(legend.legend_handles) == count
+        assert figure.axes[0].get_window_extent().height > 0.5 * figure.dpi

@@ -17,7 +17,7 @@ from scipy.spatial import ConvexHull
 
 from pellet_study.errors import InputError
 from pellet_study.rigs import catalogue, on_yade
-from pellet_study.rigs.declared import rig_in
+from pellet_study.rigs.declarations import rig_in
 from pellet_study.rigs.scripts import SCRIPTS, imported
 from pellet_study.simulation import dispatch, yade
 from tests import HELPERS

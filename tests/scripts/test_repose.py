@@ -8,7 +8,7 @@ import pytest
 
 from pellet_study.powder.plan import SYMBOLS
 from pellet_study.rigs import on_yade
-from pellet_study.rigs.declared import rig_in
+from pellet_study.rigs.declarations import rig_in
 from pellet_study.simulation import dispatch
 from tests import HELPERS
 from yade_scripts import contacts, laws, powder_scene

@@ -4,7 +4,7 @@ import pandas as pd
 import pytest
 
 from pellet_study.rigs import on_yade
-from pellet_study.rigs.declared import rig_in
+from pellet_study.rigs.declarations import rig_in
 from pellet_study.simulation import dispatch
 from tests import HELPERS, ROOT
 from tests.helpers.make_study import command

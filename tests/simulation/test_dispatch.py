@@ -12,7 +12,7 @@ import pytest
 
 from pellet_study.errors import InputError, SimulationError
 from pellet_study.rigs import on_yade
-from pellet_study.rigs.declared import rig_in
+from pellet_study.rigs.declarations import rig_in
 from pellet_study.simulation import dispatch, local, yade
 from tests import HELPERS
 from tests.helpers.listening import listening
@@ -88,7 +88,7 @@ DRIVER = """
 import sys
 from pathlib import Path
 from pellet_study.rigs import case
-from pellet_study.rigs.declared import rig_in
+from pellet_study.rigs.declarations import rig_in
 from pellet_study.simulation import dispatch
 faulty = rig_in(Path(sys.argv[1]))
 cases = [case(faulty, seed=k, conditions={"pause_s": 0.25}) for k in range(int(sys.argv[3]))]

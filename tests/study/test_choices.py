@@ -12,7 +12,7 @@ import pellet_study as ps
 from pellet_study.criticism.possible import possible_cases
 from pellet_study.errors import InputError
 from pellet_study.model.model import Case, Model
-from pellet_study.rigs.declared import rig_in
+from pellet_study.rigs.declarations import rig_in
 from pellet_study.study.load import load
 from tests.helpers.make_study import command, folder
 
