@@ -196,7 +196,11 @@ def verbs(parser: argparse.ArgumentParser) -> list[str]:
         part
         for action in within
         for name, verb in action.choices.items()
-        for part in (f"### {parser.prog} {name}", f"{verb.description[0].upper()}{verb.description[1:]}.", arguments(verb))
+        for part in (
+            f"### {parser.prog} {name}",
+            f"{verb.description[0].upper()}{verb.description[1:]}.",
+            arguments(verb),
+        )
     ]
 
 
@@ -248,17 +252,18 @@ def python_page() -> str:
 
 def json_page() -> str:
     """Keys of the answers."""
-    from json_keys import tables  # beside this file
+    from json_keys import MEANINGS  # beside this file
 
     parts = [
         part
-        for command, rows in tables(ROOT).items()
-        for part in (f"## {command}", table(("key", "meaning", "of each entry"), rows))
+        for command, meanings in MEANINGS.items()
+        for part in (f"## {command}", table(("key", "meaning"), ((f"`{key}`", told) for key, told in meanings.items())))
     ]
     return page(
         "JSON of the answers",
         "`--json FILE` writes it, `answer.json` of Python is the same. What is unknown is null; p values are between 0 and 1; "
-        "`compare.json`, `diagnose.json`, `refine.json` and `history.json` in the study hold the last answer.",
+        "`compare.json`, `diagnose.json`, `refine.json` and `history.json` in the study hold the last answer. `rows[].sd` is a key of "
+        "every entry of `rows`, `fit.grade` one within `fit`; braces stand for names of the study's own.",
         *parts,
     )
 
