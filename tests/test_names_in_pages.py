@@ -9,7 +9,7 @@ from pellet_study.commands import COMMANDS
 from tests import ROOT
 
 PAGES = [ROOT / "README.md", ROOT / "CONTRIBUTING.md", *sorted((ROOT / "docs").rglob("*.md"))]
-CALL = re.compile(r"pellet-study (%s)\b([^`\n]*)" % "|".join(COMMANDS))
+CALL = re.compile(rf"pellet-study ({'|'.join(COMMANDS)})\b([^`\n]*)")
 OPTION = re.compile(r"(?<![\w-])--[a-z][a-z-]*")
 OF_OTHERS = {"--host", "--interface", "--no-dashboard", "--nthreads", "--protocol", "--exclude-editable"}  # dask, pip
 MADE = ("results/quick/report.html", "results/quick/powder", "docs/api", "yade_scripts/my_rig.py")  # by the reader
