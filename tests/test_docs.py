@@ -2,7 +2,6 @@
 
 import importlib
 import re
-import shlex
 import shutil
 import subprocess
 import sys
@@ -15,13 +14,8 @@ import pytest
 from pellet_study.__main__ import main
 from tests import ROOT
 from tests.helpers.heap_photographs import draw
+from tests.helpers.walking import follow
 
-STEP = re.compile(
-    r"<!-- file: (?P<file>\S+) -->\n```\w*\n(?P<content>.*?)```"
-    r"|<!-- copy: (?P<source>\S+) (?P<target>\S+) -->"
-    r"|```console\n(?P<console>.*?)```",
-    re.DOTALL,
-)
 WALKS = (
     "first_study",
     "designs",
@@ -53,35 +47,24 @@ def met(expected: list[str], printed: str) -> None:
         place = found.end()
 
 
+def answered(capsys):
+    """Calls a command and holds what it prints against what the page says."""
+
+    def call(arguments: list[str], expected: list[str]) -> None:
+        assert main(arguments) == 0, capsys.readouterr().err
+        met(expected, capsys.readouterr().out)
+
+    return call
+
+
 @pytest.mark.parametrize("name", WALKS)
 def test_walk_through(name, tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
-    if "angle heap_1" in (text := (ROOT / "docs" / f"{name}.md").read_text(encoding="utf-8")):
+    page = ROOT / "docs" / f"{name}.md"
+    if "angle heap_1" in page.read_text(encoding="utf-8"):
         pytest.importorskip("skimage")
         photographs()
-    assert len(follow(STEP.finditer(text), capsys)) >= 3
-
-
-def follow(steps, capsys) -> list[str]:
-    """Do what a page says, except what it calls long; returns the commands."""
-    done = []
-    for step in steps:
-        if step["file"]:
-            Path(step["file"]).parent.mkdir(parents=True, exist_ok=True)
-            Path(step["file"]).write_text(step["content"], encoding="utf-8")
-        elif step["source"]:
-            shutil.copy(ROOT / step["source"], step["target"])
-        else:
-            for block in re.split(r"^\$ ", step["console"], flags=re.MULTILINE)[1:]:
-                line, *expected = block.splitlines()
-                program, *arguments = shlex.split(line, comments=True)
-                assert program == "pellet-study", line
-                if "# long" in line:
-                    continue
-                assert main(arguments) == 0, capsys.readouterr().err
-                met(expected, capsys.readouterr().out)
-                done.append(arguments[0])
-    return done
+    assert len(follow(page, answered(capsys))) >= 3
 
 
 CONSTANT = re.compile(r"^\| `(\w+)\.([A-Z_]+)` \| (\S+) \|", re.MULTILINE)
@@ -147,10 +130,10 @@ def test_the_site_is_built_without_a_warning(tmp_path):
 
 
 def test_the_readme_is_short_and_its_commands_answer(tmp_path, monkeypatch, capsys):
-    text = (ROOT / "README.md").read_text(encoding="utf-8")
-    assert len(text.splitlines()) <= 160
+    page = ROOT / "README.md"
+    assert len(page.read_text(encoding="utf-8").splitlines()) <= 160
     shutil.copytree(ROOT / "results" / "wet_beads", tmp_path / "results" / "wet_beads")
     shutil.copytree(ROOT / "results" / "paper", tmp_path / "results" / "paper")
     monkeypatch.chdir(tmp_path)
-    asked = follow(STEP.finditer(text), capsys)
+    asked = follow(page, answered(capsys))
     assert {"refine", "report", "drop", "init", "check", "history", "pb", "bbd", "audit"} <= set(asked)

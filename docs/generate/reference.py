@@ -204,17 +204,37 @@ def option(action: argparse.Action) -> tuple[str, str]:
     return f"`{cell(name)}`", help_of.replace("%%", "%")
 
 
+def arguments(parser: argparse.ArgumentParser) -> str:
+    """A table of the arguments of a command."""
+    rows = [option(a) for a in parser._actions if a.dest not in ("help", "verb") and a.help != argparse.SUPPRESS]
+    return table(("argument", "meaning"), rows) if rows else ""
+
+
+def verbs(parser: argparse.ArgumentParser) -> list[str]:
+    """Commands of a command, with their arguments."""
+    within = [action for action in parser._actions if isinstance(action, argparse._SubParsersAction)]
+    return [
+        part
+        for action in within
+        for name, verb in action.choices.items()
+        for part in (
+            f"### {parser.prog} {name}",
+            f"{verb.description[0].upper()}{verb.description[1:]}.",
+            arguments(verb),
+        )
+    ]
+
+
 def commands_page() -> str:
     """Every command with its arguments."""
     parts = []
     for name, summary in COMMANDS.items():
-        parser = argparse.ArgumentParser()
+        parser = argparse.ArgumentParser(prog=name)
         module = importlib.import_module(f"pellet_study.commands.{name}")
         module.add_arguments(parser)
         if name in SIMULATING:
             simulating.add_arguments(parser)
-        rows = [option(a) for a in parser._actions if a.dest != "help" and a.help != argparse.SUPPRESS]
-        parts += [f"## {name}", f"{summary[0].upper()}{summary[1:]}.", table(("argument", "meaning"), rows)]
+        parts += [f"## {name}", f"{summary[0].upper()}{summary[1:]}.", arguments(parser), *verbs(parser)]
         parts += [f"```text\n{parser.epilog.strip()}\n```"] if parser.epilog else []
     return page(
         "Commands",
@@ -253,17 +273,18 @@ def python_page() -> str:
 
 def json_page() -> str:
     """Keys of the answers."""
-    from json_keys import tables  # beside this file
+    from json_keys import MEANINGS  # beside this file
 
     parts = [
         part
-        for command, rows in tables(ROOT).items()
-        for part in (f"## {command}", table(("key", "meaning", "of each entry"), rows))
+        for command, meanings in MEANINGS.items()
+        for part in (f"## {command}", table(("key", "meaning"), ((f"`{key}`", told) for key, told in meanings.items())))
     ]
     return page(
         "JSON of the answers",
         "`--json FILE` writes it, `answer.json` of Python is the same. What is unknown is null; p values are between 0 and 1; "
-        "`compare.json`, `diagnose.json`, `refine.json` and `history.json` in the study hold the last answer.",
+        "`compare.json`, `diagnose.json`, `refine.json` and `history.json` in the study hold the last answer. `rows[].sd` is a key of "
+        "every entry of `rows`, `fit.grade` one within `fit`; braces stand for names of the study's own.",
         *parts,
     )
 

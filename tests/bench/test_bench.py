@@ -12,6 +12,7 @@ from pellet_study.bench.parabola import fit_parabola
 from pellet_study.bench.readings import Reading
 from pellet_study.bench.seeds import Mean, Seeds, mean_over_seeds
 from pellet_study.paper import printed as paper
+from tests.helpers.json_keys import not_there, without_meaning
 
 pytestmark = pytest.mark.yade
 
@@ -87,6 +88,11 @@ def test_a_sliding_seed_gives_the_tangent_of_the_measured_angle(study):
     low, high = stage["interval"]
     assert low < np.tan(np.radians(31.85)) < high
     assert stage["r2"] > 0.999 and len(stage["coefficients"]) == 3
+
+
+def test_each_key_of_the_answer_has_its_meaning(study):
+    answer = json.loads((study / "answer.json").read_text())
+    assert without_meaning("bench", answer) == set() and not_there("bench", [answer]) == set()
 
 
 def test_results_are_files_that_a_second_call_leaves_as_they_are(study, monkeypatch):

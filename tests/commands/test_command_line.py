@@ -8,6 +8,7 @@ import pytest
 
 from pellet_study.__main__ import main
 from pellet_study.commands import COMMANDS
+from tests.helpers.json_keys import not_there, without_meaning
 
 
 def call(*arguments: str) -> subprocess.CompletedProcess:
@@ -44,6 +45,7 @@ def test_doctor_names_yade_and_passes_its_law_checks(tmp_path):
     assert main(["doctor", "--json", str(file)]) == 0
     answer = json.loads(file.read_text())
     assert answer["ok"] is True and answer["version"] and answer["yade"].startswith("/")
+    assert without_meaning("doctor", answer) == set() and not_there("doctor", [answer]) == set()
     known = {"2023.02a": 0, "2025.2.0": 2}
     assert len(answer["lacks"]) == known.get(answer["version"], len(answer["lacks"]))
     assert all("times the time of a step" in cost for cost in answer["lacks"].values())

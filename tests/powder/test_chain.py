@@ -23,6 +23,7 @@ from pellet_study.powder.results import Results
 from pellet_study.powder.text import summary
 from pellet_study.report.powder import powder_stages
 from pellet_study.study import load
+from tests.helpers.json_keys import not_there, without_meaning
 from yade_scripts import laws
 
 SLOPES = {"B": -1.5, "C": 3.5, "G": 3.7}  # per coded unit of Table 6, half the paper's effects
@@ -117,6 +118,16 @@ def test_the_chain_finds_a_setting_with_the_target_angle(powder, monkeypatch):
     for picture in ("screening/pareto.png", "climb/climb.png", "optimum/surface.png", "surface/predicted_observed.png"):
         assert (powder / picture).stat().st_size > 5000
     json.dumps(report.answer(chain.results), allow_nan=False)
+
+
+def test_each_key_of_the_answer_has_its_meaning(powder, tmp_path, monkeypatch):
+    chain = chain_of(powder, Formula(), monkeypatch)
+    chain.run()
+    heaps, results = work_of(powder, Formula(), monkeypatch)
+    few = report.path_answer(few_heaps.calibrate(heaps, results))
+    answers = [{**answer, "assumed": {}} for answer in (report.answer(chain.results), few)]
+    assert without_meaning("calibrate", *answers) == set()
+    assert not_there("calibrate", answers) == set()
 
 
 def test_the_measured_effects_are_recovered_with_honest_errors(powder, monkeypatch):
