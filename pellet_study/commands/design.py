@@ -112,8 +112,8 @@ def _power(arguments, table) -> dict:
 
     from pellet_study.doe import design_text, power
     from pellet_study.doe.answers import plain
-    from pellet_study.doe.linear_model import columns_of
     from pellet_study.doe.score import block_columns, model_terms
+    from pellet_study.doe.terms import columns_of
 
     model = _model(arguments, table)
     terms = model_terms(table.names, model)
@@ -183,11 +183,11 @@ def _repair(arguments, table) -> dict:
 
     from pellet_study.doe import design_text
     from pellet_study.doe.answers import plain
-    from pellet_study.doe.linear_model import columns_of
     from pellet_study.doe.planned_table import runs_to_repeat
     from pellet_study.doe.repair import repair
     from pellet_study.doe.run_sheet import new_seed
     from pellet_study.doe.score import block_columns, model_terms
+    from pellet_study.doe.terms import columns_of
 
     terms = model_terms(table.names, _model(arguments, table))
     matrix, names = columns_of(table.coded, terms), list(terms)

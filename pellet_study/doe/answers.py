@@ -7,7 +7,7 @@ import pandas as pd
 
 from pellet_study.doe.blocks import offsets
 from pellet_study.doe.box_behnken import Surface
-from pellet_study.doe.linear_model import Interval
+from pellet_study.doe.intervals import Interval
 from pellet_study.doe.optimum import TargetSet
 from pellet_study.doe.path_turning import Turning
 from pellet_study.doe.plackett_burman import Screening

@@ -8,7 +8,7 @@ from pellet_study.doe import coded_box
 from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.box_search import lowest_and_highest
 from pellet_study.doe.factors import Factor
-from pellet_study.doe.linear_model import Interval, interval
+from pellet_study.doe.intervals import Interval, interval
 from pellet_study.doe.transformation import Transformation
 
 

@@ -12,8 +12,8 @@ from itertools import combinations
 
 import numpy as np
 
-from pellet_study.doe.linear_model import columns_of, interaction_terms, linear_terms
 from pellet_study.doe.plackett_burman import aliases
+from pellet_study.doe.terms import columns_of, interaction_terms, linear_terms
 from pellet_study.errors import InputError
 
 

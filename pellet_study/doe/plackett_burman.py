@@ -11,24 +11,12 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pellet_study.doe.anova import anova_row, block_rows, near_zero, pure_error, type_three
 from pellet_study.doe.blocks import columns_of_blocks
 from pellet_study.doe.design_table import DesignTable
 from pellet_study.doe.lenth import Lenth, _unused_contrasts, lenth
-from pellet_study.doe.linear_model import (
-    CURVATURE,
-    LinearFit,
-    anova_row,
-    block_rows,
-    columns_of,
-    fit,
-    interaction_terms,
-    linear_terms,
-    near_zero,
-    press,
-    pure_error,
-    type_three,
-    variance_inflation,
-)
+from pellet_study.doe.linear_model import CURVATURE, LinearFit, fit, press, variance_inflation
+from pellet_study.doe.terms import columns_of, interaction_terms, linear_terms
 from pellet_study.errors import InputError
 
 

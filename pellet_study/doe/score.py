@@ -13,8 +13,8 @@ from itertools import combinations, combinations_with_replacement
 import numpy as np
 
 from pellet_study.doe.augment import confounded
-from pellet_study.doe.linear_model import columns_of, interaction_terms, linear_terms, quadratic_terms
 from pellet_study.doe.published_designs import recognise
+from pellet_study.doe.terms import columns_of, interaction_terms, linear_terms, quadratic_terms
 from pellet_study.errors import InputError
 
 MODELS = ("main", "interactions", "quadratic")

@@ -12,8 +12,10 @@ import numpy as np
 import pandas as pd
 
 from pellet_study.doe.factors import Factor, rounded
-from pellet_study.doe.linear_model import LinearFit, fit, interval, linear_terms
+from pellet_study.doe.intervals import interval
+from pellet_study.doe.linear_model import LinearFit, fit
 from pellet_study.doe.plackett_burman import Screening
+from pellet_study.doe.terms import linear_terms
 from pellet_study.errors import InputError
 
 

@@ -2,10 +2,11 @@
 
 from pellet_study.doe.blocks import offsets
 from pellet_study.doe.box_behnken import Surface
+from pellet_study.doe.intervals import Interval
 from pellet_study.doe.lenth import Lenth
-from pellet_study.doe.linear_model import INTERCEPT, Interval
 from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.published_designs import UNKNOWN, design_of
+from pellet_study.doe.terms import INTERCEPT
 
 
 def number(value, digits: int = 5) -> str:

@@ -3,7 +3,9 @@
 import numpy as np
 
 from pellet_study.doe.design_table import read_numbers
-from pellet_study.doe.linear_model import LinearFit, fit, interval, linear_terms
+from pellet_study.doe.intervals import interval
+from pellet_study.doe.linear_model import LinearFit, fit
+from pellet_study.doe.terms import linear_terms
 from pellet_study.errors import InputError
 from pellet_study.paper.described.analyses import Fit
 from pellet_study.paper.described.description import Climb
