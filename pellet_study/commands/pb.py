@@ -38,6 +38,8 @@ run that failed. Rows in any order, centre points and replicates welcome.
 CSV of any spreadsheet or statistics program (decimal commas, UTF-16, GBK too), or xlsx; columns such as StdOrder,
 RunOrder and PtType are left out, a block (day, batch) is given as --block NAME, anything else as --ignore NAME.
 Several responses: --response NAME NAME (after the table), each analysed; the other columns are factors.
+Interactions of two factors are fitted where the runs tell them from the main effects and from one another, as in a full
+factorial; --main-effects fits none.
 R2 and its kin leave out the curvature (the centre points), C.V. is in percent of the mean of all runs.
 
 examples:
@@ -54,6 +56,9 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.epilog = EXAMPLES
     add_table_arguments(parser)
     add_response_argument(parser)
+    parser.add_argument(
+        "--main-effects", action="store_true", help="fit no interactions (default: those that the runs tell apart)"
+    )
     climb = parser.add_argument_group("steepest climb")
     climb.add_argument(
         "--climb", choices=("gradient", "equal"), help="path along the gradient, or by equal coded steps"
@@ -154,7 +159,7 @@ def _screened(own, table, ignore_runs) -> Screened:
     from pellet_study.doe import answers, path_text, plackett_burman, screening_text
     from pellet_study.doe.cautions import climb_cautions
 
-    screening = plackett_burman.analyse(table, own.alpha)
+    screening = plackett_burman.analyse(table, own.alpha, interactions=not own.main_effects)
     warnings = screening_text.screening_warnings(screening)
     answer = {**answers.screening_answer(screening), "warnings": warnings}
     climb = _climb(own, screening)
@@ -215,10 +220,10 @@ def _after_the_path(one: Screened) -> str | None:
 
 def _next(screenings) -> str | None:
     """The design of a surface in the factors that are clear of any response; None where there are not two of them."""
-    from pellet_study.doe.steepest_climb import significant
+    from pellet_study.doe.steepest_climb import acting
 
     words_only = {factor.name for factor in screenings[0].table.factors if factor.levels}  # they have no middle
-    clear = sorted({name for screening in screenings for name in significant(screening)} - words_only)
+    clear = sorted({name for screening in screenings for name in acting(screening)} - words_only)
     if len(clear) < 2:
         return None
     words = " ".join(shlex.quote(f"{name}=LOW,HIGH") for name in clear)

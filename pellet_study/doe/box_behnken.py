@@ -12,7 +12,6 @@ import numpy as np
 import pandas as pd
 
 from pellet_study.doe.anova import anova_row, block_rows, near_zero, pure_error, type_three
-from pellet_study.doe.blocks import columns_of_blocks
 from pellet_study.doe.box_cox import BoxCox, box_cox
 from pellet_study.doe.composite import composite_matrix
 from pellet_study.doe.design_table import DesignTable
@@ -160,7 +159,7 @@ def analyse(table: DesignTable, alpha: float = 0.05) -> Surface:
 
 def fit_surface(table: DesignTable, terms: dict[str, tuple[int, ...]], alpha: float = 0.05) -> Surface:
     """Fit the given terms (see `terms.quadratic_terms`) and everything that is read off the fit."""
-    model = fit(table.names, terms, table.coded, table.response, columns_of_blocks(table.blocks))
+    model = fit(table.names, terms, table.coded, table.response, blocks=table.blocks)
     rows, lack_of_fit_p, pure_df = _anova(table, model)
     total = float(np.sum((model.response - model.response.mean()) ** 2))
     variance, squares = model.mean_square_error, press(model)

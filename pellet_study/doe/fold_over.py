@@ -12,7 +12,7 @@ from itertools import combinations
 
 import numpy as np
 
-from pellet_study.doe.plackett_burman import aliases
+from pellet_study.doe.interactions import aliases
 from pellet_study.doe.terms import columns_of, interaction_terms, linear_terms
 from pellet_study.errors import InputError
 

@@ -5,11 +5,13 @@ Reference
 Myers, Montgomery, Anderson-Cook, Response Surface Methodology, 4th ed., Wiley 2016, ch. 2: PRESS.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
 
+from pellet_study.doe.blocks import Block, columns_of_blocks
 from pellet_study.doe.terms import INTERCEPT, columns_of, quadratic_terms
 from pellet_study.errors import InputError
 
@@ -30,6 +32,8 @@ class LinearFit:
     response : ndarray (n_runs,)
     extra : dict
         {name: column (n_runs,)} of further columns fitted that are no part of the model (curvature).
+    blocks : list of Block
+        Groups of runs that may differ in level, fitted beside the rest.
     """
 
     names: list[str]
@@ -37,11 +41,17 @@ class LinearFit:
     coded: np.ndarray
     response: np.ndarray
     extra: dict[str, np.ndarray]
+    blocks: Sequence[Block] = ()
+
+    @cached_property
+    def beside(self) -> dict[str, np.ndarray]:
+        """The columns fitted beside the terms: the extra ones, then the contrasts of the blocks."""
+        return {**self.extra, **columns_of_blocks(self.blocks)}
 
     @cached_property
     def matrix(self) -> np.ndarray:
         columns = columns_of(self.coded, self.terms)
-        return np.column_stack([columns, *self.extra.values()]) if self.extra else columns
+        return np.column_stack([columns, *self.beside.values()])
 
     @cached_property
     def results(self):
@@ -52,8 +62,8 @@ class LinearFit:
 
     @property
     def columns(self) -> list[str]:
-        """Names of the fitted columns: the terms, then the extra ones."""
-        return [*self.terms, *self.extra]
+        """Names of the fitted columns: the terms, then those beside them."""
+        return [*self.terms, *self.beside]
 
     @cached_property
     def inverse(self) -> np.ndarray:
@@ -147,7 +157,7 @@ class LinearFit:
         return slopes
 
 
-def fit(names, terms, coded, response, extra=None) -> LinearFit:
+def fit(names, terms, coded, response, extra=None, blocks=()) -> LinearFit:
     """Fit a linear model by least squares.
 
     Parameters
@@ -159,13 +169,16 @@ def fit(names, terms, coded, response, extra=None) -> LinearFit:
     response : array (n_runs,)
     extra : dict, optional
         {name: column} fitted beside the model's terms.
+    blocks : sequence of Block
 
     Raises
     ------
     InputError
         If there are fewer runs than terms, or the runs do not separate the terms.
     """
-    model = LinearFit(list(names), dict(terms), np.asarray(coded, float), np.asarray(response, float), extra or {})
+    model = LinearFit(
+        list(names), dict(terms), np.asarray(coded, float), np.asarray(response, float), extra or {}, blocks
+    )
     runs, size = model.matrix.shape
     if runs < size:
         raise InputError(

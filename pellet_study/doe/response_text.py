@@ -8,7 +8,7 @@ from pellet_study.doe.joint_set import JointSet
 from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.selection import Selection
 from pellet_study.doe.surface_text import box_cox_text
-from pellet_study.doe.text import grid, number, percent
+from pellet_study.doe.text import grid, heading_of_terms, number, percent
 from pellet_study.doe.transformation import parse_transformation
 
 
@@ -63,15 +63,24 @@ def selection_text(found: Selection) -> str:
 def screenings_text(screenings: list[Screening]) -> str:
     """The effects of each factor on each response side by side, those significant at the screening's level starred."""
     names = [str(screening.table.response.name) for screening in screenings]
+    terms = sorted(  # a response that lacks runs may lack interactions
+        {
+            term: indices for screening in screenings for term, indices in screening.model.terms.items() if indices
+        }.items(),
+        key=lambda item: (len(item[1]), item[1]),
+    )
     rows = []
-    for factor in screenings[0].table.names:
+    for term, _ in terms:
         cells = []
         for screening in screenings:
-            p = screening.p[factor]
-            cells.append(number(screening.effects[factor]) + ("*" if p is not None and p < screening.alpha else " "))
-        rows.append([factor, *cells])
+            p = screening.p.get(term)
+            star = "*" if p is not None and p < screening.alpha else " "
+            cells.append(number(screening.effects.get(term)) + star)
+        rows.append([term, *cells])
     level = f"{screenings[0].alpha:g}"
-    return f"effects from -1 to +1 on each response (* p below {level})\n" + grid(["factor", *names], rows)
+    return f"effects from -1 to +1 on each response (* p below {level})\n" + grid(
+        [heading_of_terms(screenings[0]), *names], rows
+    )
 
 
 def joint_text(found: JointSet) -> str:

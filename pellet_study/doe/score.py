@@ -13,6 +13,7 @@ from itertools import combinations, combinations_with_replacement
 import numpy as np
 
 from pellet_study.doe.augment import confounded
+from pellet_study.doe.interactions import alias_shares
 from pellet_study.doe.published_designs import recognise
 from pellet_study.doe.terms import columns_of, interaction_terms, linear_terms, quadratic_terms
 from pellet_study.errors import InputError
@@ -181,10 +182,4 @@ def _aliases(names: list[str], coded: np.ndarray, terms: dict, model: str) -> di
         higher = {sign.join(names[i] for i in indices): indices for indices in triples}
     if not higher:
         return {}
-    first, second = columns_of(coded, terms), columns_of(coded, higher)
-    shares = np.linalg.lstsq(first, second, rcond=None)[0]
-    return {
-        name: {other: float(round(value, 12)) for other, value in zip(higher, row, strict=True) if abs(value) > 1e-9}
-        for name, row in zip(terms, shares, strict=True)
-        if terms[name]
-    }
+    return alias_shares(coded, terms, higher)

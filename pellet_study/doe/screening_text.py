@@ -6,9 +6,11 @@ from pellet_study.doe.published_designs import design_of
 from pellet_study.doe.text import (
     EQUAL_REPLICATES,
     anova_text,
+    block_confounding_text,
     exactly_equal,
     grid,
     head,
+    heading_of_terms,
     loss,
     number,
     percent,
@@ -19,13 +21,14 @@ from pellet_study.doe.text import (
 
 
 def screening_text(screening: Screening) -> str:
-    """The analysis of a Plackett-Burman table."""
+    """The analysis of a two-level table."""
     s = screening
     order = sorted(s.effects, key=lambda name: -abs(s.effects[name]))
+    least = 1e-12 * abs(s.model.response).max()  # below it an effect is the rounding of its computation
     rows = [
         [
             name,
-            number(s.effects[name]),
+            number(s.effects[name] if abs(s.effects[name]) > least else 0.0),
             number(s.sums_of_squares[name], 6),
             f"{s.contributions[name]:.2f}",
             probability(s.p[name]),
@@ -35,7 +38,7 @@ def screening_text(screening: Screening) -> str:
         for name in order
     ]
     header = [
-        "factor",
+        heading_of_terms(s),
         "effect",
         "sum of squares",
         "contribution %",
@@ -44,48 +47,80 @@ def screening_text(screening: Screening) -> str:
         f"found {100 * s.power:.0f} %",
     ]
     parts = [
-        head(s, "Full factorial" if design_of(s.table).startswith("full") else "Plackett-Burman"),
+        head(s, _kind(s)),
         grid(header, rows) + f"\n(last column: the smallest effect this design finds with probability {s.power:g})",
         anova_text(s.anova),
         summary_line(s),
+        _lenth_text(s, order),
     ]
-    if s.lenth:
-        parts.append(
-            f"Lenth, {s.lenth.contrasts} contrasts: pseudo standard error "
-            f"{number(s.lenth.pseudo_standard_error)}, {percent(1 - s.alpha)} margin of error {number(s.lenth.margin_of_error)}, "
-            f"simultaneous {number(s.lenth.simultaneous_margin_of_error)}; beyond the margin: "
-            f"{', '.join(n for n in order if abs(s.effects[n]) > s.lenth.margin_of_error) or 'none'}"
-            f"{sparsity(s.lenth)}"
-        )
     if s.curvature:
         parts.append(
-            f"curvature: centre points minus the straight line {s.curvature.estimate:+.5g}, F "
+            f"curvature: centre points minus the {'model' if s.interactions else 'straight line'} {s.curvature.estimate:+.5g}, F "
             f"{number(s.curvature.f)}, p {probability(s.curvature.p)}"
         )
-    parts.append(_alias_text(s))
-    return "\n\n".join(parts)
+    parts += [_block_text(s), _alias_text(s)]
+    return "\n\n".join(filter(None, parts))
+
+
+def _kind(screening: Screening) -> str:
+    """What the analysis is of."""
+    if design_of(screening.table).startswith("full"):
+        return "Full factorial"
+    if screening.contrasts:
+        return "Fractional factorial"
+    return "Two-level design" if screening.interactions else "Plackett-Burman"
+
+
+def _lenth_text(screening: Screening, order: list[str]) -> str:
+    """Lenth's margins, what lies beyond them, and the contrasts that no term has."""
+    if not screening.lenth:
+        return ""
+    lenth, margin = screening.lenth, screening.lenth.margin_of_error
+    beyond = [name for name in order if abs(screening.effects[name]) > margin]
+    left_over = sorted(screening.contrasts.items(), key=lambda item: -abs(item[1]))
+    beyond += [f"{word} ({value:.4g})" for word, value in left_over if abs(value) > margin]
+    text = (
+        f"Lenth, {lenth.contrasts} contrasts: pseudo standard error {number(lenth.pseudo_standard_error)}, "
+        f"{percent(1 - screening.alpha)} margin of error {number(margin)}, simultaneous "
+        f"{number(lenth.simultaneous_margin_of_error)}; beyond the margin: {', '.join(beyond) or 'none'}{sparsity(lenth)}"
+    )
+    if left_over:
+        words = ", ".join(f"{word} {value:.4g}" for word, value in left_over[:MOST_CONTRASTS])
+        more = f" and {len(left_over) - MOST_CONTRASTS} smaller" if len(left_over) > MOST_CONTRASTS else ""
+        text += f"\ncontrasts that no term above has, as effects (they make the residual): {words}{more}"
+    return text
+
+
+def _block_text(screening: Screening) -> str:
+    """What cannot be told from the differences between blocks."""
+    return block_confounding_text(screening.block_confounded)
 
 
 MANY_INTERACTIONS = 28
 """Beyond this number (8 factors) the aliases are summed up; the JSON answer has them all."""
 
+MOST_CONTRASTS = 8
+"""Left-over contrasts that are spelt out, the largest first."""
+
 
 def _alias_text(screening: Screening) -> str:
-    """Each main effect with the two-factor interactions it carries."""
+    """Each effect with the interactions it carries."""
     names = screening.table.names
+    size = "interactions that are not fitted" if screening.interactions else "two-factor interactions"
+    carried = {name: shares for name, shares in screening.aliases.items() if shares}
+    if screening.interactions and not carried:
+        order = "two- and three-factor interactions" if len(names) > 2 else "interactions"
+        return f"aliases: no effect carries another; all {order} are told apart or left to the blocks"
     if len(names) * (len(names) - 1) / 2 > MANY_INTERACTIONS:
         shares = [abs(share) for found in screening.aliases.values() for share in found.values()]
         most = max(len(found) for found in screening.aliases.values())
-        return (
-            f"aliases: each effect carries up to {most} two-factor interactions, shares up to "
-            f"{max(shares, default=0):.3g}"
-        )
-    lines = ["aliases: each effect also carries these shares of two-factor interactions"]
-    for name, of_pairs in screening.aliases.items():
+        return f"aliases: each effect carries up to {most} {size}, shares up to {max(shares, default=0):.3g}"
+    lines = [f"aliases: each effect also carries these shares of {size}"]
+    for name, of_others in screening.aliases.items():
         groups: dict[str, list[str]] = {}
-        for pair, share in of_pairs.items():
-            groups.setdefault(f"{share:+.3g}", []).append(pair)
-        words = "; ".join(f"{share} of {', '.join(pairs)}" for share, pairs in groups.items())
+        for other, share in of_others.items():
+            groups.setdefault(f"{share:+.3g}", []).append(other)
+        words = "; ".join(f"{share} of {', '.join(others)}" for share, others in groups.items())
         lines.append(f"  {name}: {words or 'none'}")
     return "\n".join(lines)
 

@@ -22,8 +22,13 @@ def linear_terms(names: list[str]) -> dict[str, tuple[int, ...]]:
 
 def interaction_terms(names: list[str]) -> dict[str, tuple[int, ...]]:
     """{term: indices}: the two-factor interactions, `BC` for one-letter factors, else `first*second`."""
+    return product_terms(names, 2)
+
+
+def product_terms(names: list[str], size: int) -> dict[str, tuple[int, ...]]:
+    """{term: indices}: the products of so many different factors, `ABC` or `first*second*third`."""
     sign = "" if _one_letter(names) else "*"
-    return {f"{names[i]}{sign}{names[j]}": (i, j) for i, j in combinations(range(len(names)), 2)}
+    return {sign.join(names[i] for i in chosen): chosen for chosen in combinations(range(len(names)), size)}
 
 
 def quadratic_terms(names: list[str]) -> dict[str, tuple[int, ...]]:

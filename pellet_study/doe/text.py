@@ -2,6 +2,7 @@
 
 from pellet_study.doe.blocks import offsets
 from pellet_study.doe.box_behnken import Surface
+from pellet_study.doe.confounding import hidden
 from pellet_study.doe.intervals import Interval
 from pellet_study.doe.lenth import Lenth
 from pellet_study.doe.plackett_burman import Screening
@@ -109,6 +110,35 @@ EQUAL_REPLICATES = (
     "the replicated runs are exactly equal, so the pure error is 0 and the lack of fit cannot be tested; check that "
     "they are runs of their own and not copies"
 )
+
+
+MANY_CONFOUNDED = 6
+"""Effects mixed in part with blocks that are spelt out; of more their number and largest share is said."""
+
+
+def block_confounding_text(confounded: dict[str, float]) -> str:
+    """What the blocks are mixed with; empty where nothing is known to be."""
+    if not confounded:
+        return ""
+    whole = hidden(confounded)
+    part = {name: share for name, share in confounded.items() if name not in whole}
+    lines = []
+    if whole:
+        lines.append(
+            f"the blocks are confounded with {', '.join(whole)}, which cannot be told from a difference between blocks and "
+            f"{'is' if len(whole) == 1 else 'are'} not fitted"
+        )
+    if part and len(part) <= MANY_CONFOUNDED:
+        words = ", ".join(f"{name} {share:.3g}" for name, share in part.items())
+        lines.append(f"shares that lie between the blocks: {words}")
+    elif part:
+        lines.append(f"{len(part)} effects lie between the blocks in part, with shares up to {max(part.values()):.3g}")
+    return "\n".join(lines)
+
+
+def heading_of_terms(screening: Screening) -> str:
+    """The heading of a column of effects."""
+    return "term" if screening.interactions else "factor"
 
 
 def exactly_equal(analysis: Screening | Surface) -> bool:

@@ -36,7 +36,7 @@ def fitted(analysis: Analysis, table: DesignTable) -> Fit:
         If the runs do not support the model, or a term to drop is none of it.
     """
     if analysis.model == "first order" and analysis.centre_points == "curvature":
-        return plackett_burman.analyse(table, LEVEL)
+        return plackett_burman.analyse(table, LEVEL, interactions=False)
     terms = {
         "first order": linear_terms(table.names),
         "interactions": {**linear_terms(table.names), **interaction_terms(table.names)},
