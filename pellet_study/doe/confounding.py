@@ -19,29 +19,34 @@ MOST_FACTORS = 8
 WHOLE = 1 - 1e-9
 
 
-def block_confounding(names: list[str], corners: np.ndarray, blocks: np.ndarray | None) -> dict[str, float]:
-    """{effect: share of its variation that lies between the blocks}, 1 where it cannot be told from them; 0 left out.
+def confounded_with(names: list[str], coded, labels) -> dict[str, float]:
+    """{effect: share of its variation at the corners that lies between blocks}, 1 where they cannot be told apart there; 0 left out.
 
     Main effects and interactions of up to three factors; where blocks touch none of these, those of lowest order that they
-    touch.
+    touch. Nothing where the runs are all in one block, or are not at two levels.
 
     Parameters
     ----------
     names : list of str
-    corners : array (n_runs, n_factors)
-        Runs at -1 and +1.
-    blocks : array (n_runs, n), optional
-        Columns of the blocks at the corners.
+    coded : array (n_runs, n_factors)
+        Runs at -1 and +1, and centre points.
+    labels : sequence (n_runs,) or None
+        The block of each run.
     """
-    if blocks is None or not blocks.size:
+    coded = np.asarray(coded, dtype=float)
+    corners = np.abs(coded).max(axis=1) > 0.5
+    here = [label for label, is_in in zip(labels if labels is not None else (), corners, strict=False) if is_in]
+    signs, kinds = np.sign(coded[corners]), list(dict.fromkeys(here))
+    if len(kinds) < 2 or not np.all(np.abs(np.abs(coded[corners]) - 1) < 0.1):
         return {}
+    blocks = np.column_stack([np.array([label == kind for label in here], dtype=float) for kind in kinds[1:]])
     found: dict[str, float] = {}
     highest = len(names) if len(names) <= MOST_FACTORS else min(SUMMED_UP, len(names))
     for size in range(1, highest + 1):
         if found and size > SUMMED_UP:
             break
         terms = product_terms(names, size)
-        shares = shares_between(np.sign(corners), list(terms.values()), blocks)
+        shares = shares_between(signs, list(terms.values()), blocks)
         found |= {name: float(share) for name, share in zip(terms, shares, strict=True) if share > 1e-9}
     return found
 

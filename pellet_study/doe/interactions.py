@@ -14,8 +14,8 @@ from pellet_study.doe.terms import columns_of, interaction_terms, linear_terms, 
 LEAST_SHARE_OF_CORNERS = 0.75
 """More of the corners than this must be there: fewer are a Plackett-Burman design, not a factorial that lost runs."""
 
-MOST_INFLATION = 2.0
-"""An interaction is fitted where the other terms and the blocks inflate its variance by no more (1: orthogonal)."""
+MOST_INFLATION = 4.0
+"""An interaction is fitted where the other terms and the blocks inflate its variance by no more: its error at most doubles."""
 
 MOST_CORNERS = 128
 """Corners up to which left-over contrasts are named."""
@@ -37,35 +37,46 @@ def fraction_size(corners: np.ndarray) -> int:
     return int(2**rank)
 
 
-def clear_interactions(names: list[str], corners: np.ndarray, blocks: np.ndarray | None = None) -> dict[str, tuple]:
+def clear_interactions(names: list[str], coded: np.ndarray, centre: np.ndarray, beside=()) -> dict[str, tuple]:
     """{term: indices} of the interactions clear of main effects, of one another and of the blocks.
 
     Of a full factorial, or a fraction of resolution V and more, that is all of them but those that blocks hide; of resolution
-    IV those that share their contrast with no other; of a Plackett-Burman design none.
+    IV those that share their contrast with no other; none of a screening in which some main effect carries an interaction
+    (resolution III, Plackett-Burman).
 
     Parameters
     ----------
     names : list of str
-    corners : array (n_runs, n_factors)
-        Runs at -1 and +1, replicated or with some lost.
-    blocks : array (n_runs, n), optional
-        Columns of the blocks, at the corners.
+    coded : array (n_runs, n_factors)
+        Runs at -1 and +1, replicated or with some lost, and centre points.
+    centre : array of bool (n_runs,)
+        Which runs are those.
+    beside : sequence of arrays (n_runs,)
+        The columns of the blocks. What they hide at the corners is not fitted, though centre points in each block would tell
+        it, for that costs the other terms more than it gives.
     """
     pairs = interaction_terms(names)
-    signs = np.sign(corners)
+    signs = np.sign(coded[~centre])
     if not pairs or len(np.unique(signs, axis=0)) <= LEAST_SHARE_OF_CORNERS * fraction_size(signs):
         return {}
     products = columns_of(signs, pairs)
-    first = columns_of(signs, linear_terms(names))
-    first = first if blocks is None else np.column_stack([first, blocks])
+    mains = columns_of(signs, linear_terms(names))
+    if np.abs(_left(products, mains)).max(axis=0).min() < 1e-9:
+        return {}
+    first = np.column_stack([mains, *(column[~centre] for column in beside)])
     found = {}
     for place, (name, indices) in enumerate(pairs.items()):
         others = np.column_stack([first, np.delete(products, place, axis=1)])
         column = products[:, place]
-        left = column - others @ np.linalg.lstsq(others, column, rcond=None)[0]
+        left = _left(column, others)
         if left @ left * MOST_INFLATION >= np.sum((column - column.mean()) ** 2) > 1e-9:
             found[name] = indices
     return found
+
+
+def _left(columns: np.ndarray, others: np.ndarray) -> np.ndarray:
+    """What the others leave of columns (n_runs, ...) by least squares."""
+    return columns - others @ np.linalg.lstsq(others, columns, rcond=None)[0]
 
 
 def contrasts(names: list[str], corners: np.ndarray) -> dict[str, np.ndarray]:

@@ -4,6 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pellet_study.doe.blocks import columns_of_blocks
 from pellet_study.doe.design_table import DesignTable
 from pellet_study.doe.interactions import contrasts
 from pellet_study.doe.terms import columns_of
@@ -63,9 +64,7 @@ def lenth(effects: list[float], alpha: float = 0.05, complete: bool = True) -> L
     return Lenth(len(sizes), error, margin, together, complete and len(sizes) >= SPARSE_CONTRASTS)
 
 
-def left_over_contrasts(
-    table: DesignTable, centre: np.ndarray, terms: dict[str, tuple], between: np.ndarray | None = None
-) -> dict[str, float]:
+def left_over_contrasts(table: DesignTable, centre: np.ndarray, terms: dict[str, tuple]) -> dict[str, float]:
     """{word: contrast} of a complete regular unreplicated design that no term has and no block hides; none of another.
 
     They hold interactions of higher order, or those that share a contrast (`AC+BD`), and the noise.
@@ -74,8 +73,8 @@ def left_over_contrasts(
     coded, response = table.coded.to_numpy()[corners], table.response.to_numpy()[corners]
     if len(np.unique(coded.round(6), axis=0)) < len(coded):
         return {}
-    fitted = columns_of(np.sign(coded), terms)
-    taken = fitted if between is None else np.column_stack([fitted, between])
+    between = [column[corners] for column in columns_of_blocks(table.blocks).values()]
+    taken = np.column_stack([columns_of(np.sign(coded), terms), *between])
     return {
         word: float(2 * column @ response / len(coded))
         for word, column in contrasts(table.names, coded).items()

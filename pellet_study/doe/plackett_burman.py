@@ -12,8 +12,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pellet_study.doe.anova import anova_row, block_rows, near_zero, pure_error, type_three
-from pellet_study.doe.blocks import columns_of_blocks
-from pellet_study.doe.confounding import block_confounding
+from pellet_study.doe.blocks import block_labels, columns_of_blocks
+from pellet_study.doe.confounding import confounded_with
 from pellet_study.doe.design_table import DesignTable
 from pellet_study.doe.interactions import aliases, clear_interactions
 from pellet_study.doe.lenth import Lenth, _unused_contrasts, left_over_contrasts, lenth
@@ -124,11 +124,11 @@ def analyse(table: DesignTable, alpha: float = 0.05, power: float = 0.8, interac
         not separated by the runs.
     """
     centre = _centre_points(table)
-    corners, between = table.coded.to_numpy()[~centre], _between(table, ~centre)
+    coded, between = table.coded.to_numpy(), columns_of_blocks(table.blocks)
+    extra = {CURVATURE: centre.astype(float)} if centre.any() else {}
     terms = linear_terms(table.names)
     if interactions:
-        terms |= clear_interactions(table.names, corners, between)
-    extra = {CURVATURE: centre.astype(float)} if centre.any() else {}
+        terms |= clear_interactions(table.names, coded, centre, list(between.values()))
     model = fit(table.names, terms, table.coded, table.response, extra, table.blocks)
     named = list(terms)[1:]
     sums = type_three(model)
@@ -137,7 +137,7 @@ def analyse(table: DesignTable, alpha: float = 0.05, power: float = 0.8, interac
     total = float(np.sum((model.response - model.response.mean()) ** 2))
     effects = {name: 2 * model.coefficients[name] for name in named}
     inflation = _inflation(model, centre)
-    left_over = left_over_contrasts(table, centre, terms, between)
+    left_over = left_over_contrasts(table, centre, terms)
     noise = list(left_over.values()) or ([] if table.blocks else _unused_contrasts(table, centre, terms))
     return Screening(
         table=table,
@@ -153,22 +153,16 @@ def analyse(table: DesignTable, alpha: float = 0.05, power: float = 0.8, interac
         lenth=lenth(list(effects.values()) + noise, alpha, bool(noise) or model.df_residual == 0),
         contrasts=left_over,
         noise_contrasts=noise,
-        block_confounded=block_confounding(table.names, corners, between),
+        block_confounded=confounded_with(table.names, coded[~centre], block_labels(table.blocks, ~centre)),
         pure_error_df=pure_error(table.coded, table.response, table.blocks)[1],
         curvature=_curvature(model, rows),
         detectable_effects=_detectable(model, alpha, power),
-        aliases=aliases(table.names, corners, terms),
+        aliases=aliases(table.names, coded[~centre], terms),
         orthogonal=max(inflation.values()) < 1 + 1e-9,
         standard_error_inflation=inflation,
         lack_of_fit_p=lack_of_fit_p,
         **_summary(model, sums.get(CURVATURE, 0.0), total),
     )
-
-
-def _between(table: DesignTable, chosen: np.ndarray) -> np.ndarray | None:
-    """The columns of the blocks (n, n_columns) at the runs chosen; None without blocks."""
-    columns = list(columns_of_blocks(table.blocks).values())
-    return np.column_stack(columns)[chosen] if columns else None
 
 
 def _centre_points(table: DesignTable) -> np.ndarray:

@@ -58,7 +58,7 @@ def screening_text(screening: Screening) -> str:
             f"curvature: centre points minus the {'model' if s.interactions else 'straight line'} {s.curvature.estimate:+.5g}, F "
             f"{number(s.curvature.f)}, p {probability(s.curvature.p)}"
         )
-    parts += [_block_text(s), _alias_text(s)]
+    parts += [block_confounding_text(s.block_confounded, s.effects), _alias_text(s)]
     return "\n\n".join(filter(None, parts))
 
 
@@ -89,11 +89,6 @@ def _lenth_text(screening: Screening, order: list[str]) -> str:
         more = f" and {len(left_over) - MOST_CONTRASTS} smaller" if len(left_over) > MOST_CONTRASTS else ""
         text += f"\ncontrasts that no term above has, as effects (they make the residual): {words}{more}"
     return text
-
-
-def _block_text(screening: Screening) -> str:
-    """What cannot be told from the differences between blocks."""
-    return block_confounding_text(screening.block_confounded)
 
 
 MANY_INTERACTIONS = 28

@@ -1,5 +1,7 @@
 """What the words about every analysis share: numbers, tables, equations, predictions; nothing is computed here."""
 
+from collections.abc import Collection
+
 from pellet_study.doe.blocks import offsets
 from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.confounding import hidden
@@ -116,17 +118,18 @@ MANY_CONFOUNDED = 6
 """Effects mixed in part with blocks that are spelt out; of more their number and largest share is said."""
 
 
-def block_confounding_text(confounded: dict[str, float]) -> str:
-    """What the blocks are mixed with; empty where nothing is known to be."""
+def block_confounding_text(confounded: dict[str, float], fitted: Collection[str] = ()) -> str:
+    """What the blocks are mixed with; empty where nothing is known to be. Centre runs may have let some be `fitted` all the same."""
     if not confounded:
         return ""
     whole = hidden(confounded)
+    by_centre = [name for name in whole if name in fitted]
     part = {name: share for name, share in confounded.items() if name not in whole}
     lines = []
     if whole:
         lines.append(
-            f"the blocks are confounded with {', '.join(whole)}, which cannot be told from a difference between blocks and "
-            f"{'is' if len(whole) == 1 else 'are'} not fitted"
+            f"the blocks are confounded with {', '.join(whole)}: a difference between blocks cannot be told from such an effect"
+            + (f"; of {', '.join(by_centre)} the centre runs alone tell it" if by_centre else "")
         )
     if part and len(part) <= MANY_CONFOUNDED:
         words = ", ".join(f"{name} {share:.3g}" for name, share in part.items())
