@@ -2,7 +2,7 @@
 
 Imports go one way, left may be imported by right:
 
-    factors, blocks, published_designs, composite, raw_table < columns, levels, screening_designs < design_table
+    factors, blocks, published_designs, composite, raw_table, rounding < columns, levels, screening_designs < design_table
     < terms < linear_model, interactions, confounding < anova, intervals, importance, lenth, box_cox, run_diagnostics
     < plackett_burman < box_behnken < reduction, standard_order
     < coded_box, box_search, transformation, selection, goals < fitted_response < desirability < pieces < joint_set

@@ -159,7 +159,7 @@ def analyse(table: DesignTable, alpha: float = 0.05) -> Surface:
 
 def fit_surface(table: DesignTable, terms: dict[str, tuple[int, ...]], alpha: float = 0.05) -> Surface:
     """Fit the given terms (see `terms.quadratic_terms`) and everything that is read off the fit."""
-    model = fit(table.names, terms, table.coded, table.response, blocks=table.blocks)
+    model = fit(table.names, terms, table.coded, table.response, blocks=table.blocks, rounding=table.rounding_variance)
     rows, lack_of_fit_p, pure_df = _anova(table, model)
     total = float(np.sum((model.response - model.response.mean()) ** 2))
     variance, squares = model.mean_square_error, press(model)

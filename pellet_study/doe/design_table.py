@@ -11,6 +11,7 @@ from pellet_study.doe.blocks import Block
 from pellet_study.doe.columns import read_columns
 from pellet_study.doe.factors import Factor
 from pellet_study.doe.levels import resolve
+from pellet_study.doe.rounding import rounding_variance
 from pellet_study.errors import InputError
 from pellet_study.tables.headers import found_in, split_unit
 
@@ -41,6 +42,8 @@ class DesignTable:
         In which order the runs were made, where the file says so.
     standard_order : Series (n_runs,) or None
         Where in its design each run stands, from 1, where the file says so.
+    rounding : float or None
+        Variance of the rounding of a response that is not as read, such as a logarithm; None: by its own decimals.
     """
 
     factors: list[Factor]
@@ -52,6 +55,12 @@ class DesignTable:
     left_out: list[str] = field(default_factory=list)
     order: pd.Series | None = None
     standard_order: pd.Series | None = None
+    rounding: float | None = None
+
+    @property
+    def rounding_variance(self) -> float:
+        """The variance that rounding alone gives to a response, response unit squared."""
+        return rounding_variance(self.response) if self.rounding is None else self.rounding
 
     @property
     def names(self) -> list[str]:

@@ -34,6 +34,8 @@ class LinearFit:
         {name: column (n_runs,)} of further columns fitted that are no part of the model (curvature).
     blocks : list of Block
         Groups of runs that may differ in level, fitted beside the rest.
+    rounding : float
+        Variance of a reading by its rounding alone, response unit squared: no scatter of single runs is below it.
     """
 
     names: list[str]
@@ -42,6 +44,7 @@ class LinearFit:
     response: np.ndarray
     extra: dict[str, np.ndarray]
     blocks: Sequence[Block] = ()
+    rounding: float = 0.0
 
     @cached_property
     def beside(self) -> dict[str, np.ndarray]:
@@ -119,12 +122,17 @@ class LinearFit:
 
     @cached_property
     def studentized(self) -> np.ndarray | None:
-        r"""R-student :math:`e/(s_{(i)}\sqrt{1-h})` (n_runs,), NaN at leverage 1; None with fewer than two residual df."""
+        r"""R-student :math:`e/(s_{(i)}\sqrt{1-h})` (n_runs,), NaN at leverage 1.
+
+        :math:`s_{(i)}`, from the other runs, has one degree of freedom less than the residual: None where that leaves none. It
+        is no smaller than the rounding of the readings, which few runs may hide by chance.
+        """
         if not self.mean_square_error or self.df_residual < 2:
             return None
         leverage = self.run_leverage
         left = np.where(leverage > 1 - 1e-9, np.nan, 1 - leverage)
         deleted = (self.ss_residual - self.residuals**2 / left) / (self.df_residual - 1)
+        deleted = np.maximum(deleted, self.rounding)
         return self.residuals / np.sqrt(np.where(deleted > 0, deleted, np.nan) * left)
 
     def suspects(self, alpha: float = 0.05) -> list[tuple[int, float]]:
@@ -157,7 +165,7 @@ class LinearFit:
         return slopes
 
 
-def fit(names, terms, coded, response, extra=None, blocks=()) -> LinearFit:
+def fit(names, terms, coded, response, extra=None, blocks=(), rounding: float = 0.0) -> LinearFit:
     """Fit a linear model by least squares.
 
     Parameters
@@ -170,15 +178,16 @@ def fit(names, terms, coded, response, extra=None, blocks=()) -> LinearFit:
     extra : dict, optional
         {name: column} fitted beside the model's terms.
     blocks : sequence of Block
+    rounding : float
+        See `LinearFit`.
 
     Raises
     ------
     InputError
         If there are fewer runs than terms, or the runs do not separate the terms.
     """
-    model = LinearFit(
-        list(names), dict(terms), np.asarray(coded, float), np.asarray(response, float), extra or {}, blocks
-    )
+    coded, response = np.asarray(coded, float), np.asarray(response, float)
+    model = LinearFit(list(names), dict(terms), coded, response, extra or {}, blocks, rounding)
     runs, size = model.matrix.shape
     if runs < size:
         raise InputError(

@@ -129,7 +129,7 @@ def analyse(table: DesignTable, alpha: float = 0.05, power: float = 0.8, interac
     terms = linear_terms(table.names)
     if interactions:
         terms |= clear_interactions(table.names, coded, centre, list(between.values()))
-    model = fit(table.names, terms, table.coded, table.response, extra, table.blocks)
+    model = fit(table.names, terms, table.coded, table.response, extra, table.blocks, table.rounding_variance)
     named = list(terms)[1:]
     sums = type_three(model)
     rows, lack_of_fit_p = _anova(table, model, sums)
