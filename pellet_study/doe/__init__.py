@@ -3,7 +3,7 @@
 Imports go one way, left may be imported by right:
 
     factors, blocks, published_designs, composite, raw_table, rounding < columns, levels, screening_designs < design_table
-    < terms < linear_model, interactions, confounding < anova, intervals, importance, lenth, box_cox, run_diagnostics
+    < terms < linear_model, interactions, confounding < block_scatter < anova, intervals, importance, lenth, box_cox, run_diagnostics
     < plackett_burman < box_behnken < reduction, standard_order
     < coded_box, box_search, transformation, selection, goals < fitted_response < desirability < pieces < joint_set
     < overlay, steepest_climb, path_turning, optimum, validation, margins, blocking, categorical

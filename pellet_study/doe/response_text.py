@@ -8,7 +8,7 @@ from pellet_study.doe.joint_set import JointSet
 from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.selection import Selection
 from pellet_study.doe.surface_text import box_cox_text
-from pellet_study.doe.text import grid, heading_of_terms, number, percent
+from pellet_study.doe.text import grid, heading_of_terms, number, percent, run_interval_text
 from pellet_study.doe.transformation import parse_transformation
 
 
@@ -38,7 +38,7 @@ def back_transformed_text(response: FittedResponse, physical: dict[str, float], 
     if found.confidence and found.prediction:
         at = percent(found.level)
         text += f"; {at} confidence interval of the median {_ends(found.confidence)}"
-        text += f", {at} prediction interval of one run {_ends(found.prediction)}"
+        text += f", {run_interval_text(found)}"
     return text
 
 

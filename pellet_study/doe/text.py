@@ -170,7 +170,21 @@ def prediction_text(physical: dict[str, float], found: Interval) -> str:
     if found.confidence:
         text += (
             f"; {percent(found.level)} confidence interval of the mean {number(found.confidence[0])} to "
-            f"{number(found.confidence[1])}, {percent(found.level)} prediction interval of one run {number(found.prediction[0])} to "
-            f"{number(found.prediction[1])}"
+            f"{number(found.confidence[1])}, {run_interval_text(found)}"
         )
     return text
+
+
+def run_interval_text(found: Interval) -> str:
+    """The prediction interval of one run; of runs made in blocks, of one in a new block and of one in those run."""
+    low, high = found.prediction
+    words = f"{percent(found.level)} prediction interval of one run {number(low)} to {number(high)}"
+    if not found.block_scatter:
+        return words
+    words = words.replace("of one run", "of one run in a new block")
+    between = ", ".join(
+        f"{one.name}: sd {one.variance**0.5:.3g} from {one.n_blocks} blocks, {one.df} degree{'s' if one.df > 1 else ''} of freedom"
+        for one in found.block_scatter
+    )
+    low, high = found.within_block
+    return f"{words} (the scatter between blocks included, {between}), in an average one of those run {number(low)} to {number(high)}"
