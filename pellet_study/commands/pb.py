@@ -59,6 +59,10 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--main-effects", action="store_true", help="fit no interactions (default: those that the runs tell apart)"
     )
+    parser.add_argument(
+        "--transform", metavar="[NAME=]HOW", action="append", nargs="?", const="",
+        help="analyse log, sqrt, inverse or a power of the response (without HOW: what Box-Cox advises, if it does)",
+    )  # fmt: skip
     climb = parser.add_argument_group("steepest climb")
     climb.add_argument(
         "--climb", choices=("gradient", "equal"), help="path along the gradient, or by equal coded steps"
@@ -121,7 +125,7 @@ def run(arguments: argparse.Namespace) -> dict:
         warn(degraded(first.screening.table.names, *(str(one.screening.table.response.name) for one in each.values())))
         prefixes = figure_prefixes(each)
         answer["figures"] = [path for name, one in each.items() for path in _figures(told[name], one, prefixes[name])]
-    done(kept(arguments), _after_the_path(first) or _next([one.screening for one in each.values()]))
+    done(kept(arguments), _after_the_path(first) or _next({name: one.screening for name, one in each.items()}))
     return answer
 
 
@@ -130,6 +134,11 @@ def _check_path(arguments: argparse.Namespace) -> None:
     if arguments.climb is None and (arguments.climb_step or arguments.climb_factors or arguments.climb_limits):
         raise InputError(
             "--climb-step, --climb-factors and --climb-limits shape a path: give --climb gradient or --climb equal too"
+        )
+    if arguments.transform and (arguments.climb or arguments.climb_runs):
+        raise InputError(
+            "--transform came with a climb: expected one of the two, as the runs of a path are read on the response's own scale; "
+            "leave --transform out to climb, its direction is nearly the same"
         )
     if arguments.climb is None and arguments.climb_runs is None:
         wanted = [
@@ -159,14 +168,15 @@ def _screened(own, table, ignore_runs) -> Screened:
     from pellet_study.doe import answers, path_text, plackett_burman, screening_text
     from pellet_study.doe.cautions import climb_cautions
 
+    table, scale_words, told = _on_scale(own, table)
     screening = plackett_burman.analyse(table, own.alpha, interactions=not own.main_effects)
     warnings = screening_text.screening_warnings(screening)
-    answer = {**answers.screening_answer(screening), "warnings": warnings}
+    answer = {**answers.screening_answer(screening), **told, "warnings": warnings}
     climb = _climb(own, screening)
     if climb:
         warnings += climb_cautions(climb, screening)
     runs, turning = _turning(own, screening, warnings, ignore_runs)
-    words = [screening_text.screening_text(screening)]
+    words = [*scale_words, screening_text.screening_text(screening)]
     if climb:
         moved = {factor.name for factor in climb.factors}
         words.append(path_text.climb_text(climb, [factor for factor in table.factors if factor.name not in moved]))
@@ -177,14 +187,35 @@ def _screened(own, table, ignore_runs) -> Screened:
     return Screened(screening, climb, answer, "\n\n".join(words), runs, turning)
 
 
+def _on_scale(own, table):
+    """The table with its response on the scale asked for, what is to be said of that, and what goes into the answer."""
+    if own.transform is None:
+        return table, [], {}
+    from pellet_study.doe import plackett_burman
+    from pellet_study.doe.box_cox import box_cox
+    from pellet_study.doe.response_answers import transformation_answer
+    from pellet_study.doe.response_text import scale_text
+    from pellet_study.doe.transformation import advised, parse_transformation
+
+    name = str(table.response.name)
+    named = parse_transformation(own.transform) if own.transform else None
+    model = plackett_burman.analyse(table, own.alpha, interactions=not own.main_effects).model
+    found = box_cox(model, own.alpha) if model.mean_square_error else None
+    word = advised(found)
+    power = named or (parse_transformation(word) if word else None)
+    words = [scale_text(name, power, found, word, predicted=False)]
+    told = {"transformation": transformation_answer(name, power, found, word)}
+    return (power.applied(table) if power else table), words, told
+
+
 def _levels(arguments, factors) -> dict:
     """The analysis of a table with factors at three or more named levels."""
     from pellet_study.doe import categorical, design_text
     from pellet_study.doe.answers import plain
 
-    if arguments.climb or arguments.climb_runs or arguments.figures:
+    if arguments.climb or arguments.climb_runs or arguments.figures or arguments.transform:
         raise InputError(
-            "a factor has three or more named levels: expected no --climb, --climb-runs or --figures then; leave them out, "
+            "a factor has three or more named levels: expected no --climb, --climb-runs, --transform or --figures; leave them out, "
             "or analyse the table at two of the levels"
         )
     each: dict[str, dict] = {}
@@ -218,17 +249,17 @@ def _after_the_path(one: Screened) -> str | None:
     return f"bbd --design {words}" + (" --face-centred" if len(one.turning.next_factors) == 2 else "")
 
 
-def _next(screenings) -> str | None:
+def _next(each: dict[str, Any]) -> str | None:
     """The design of a surface in the factors that are clear of any response; None where there are not two of them."""
     from pellet_study.doe.steepest_climb import acting
 
+    screenings = list(each.values())
     words_only = {factor.name for factor in screenings[0].table.factors if factor.levels}  # they have no middle
     clear = sorted({name for screening in screenings for name in acting(screening)} - words_only)
     if len(clear) < 2:
         return None
     words = " ".join(shlex.quote(f"{name}=LOW,HIGH") for name in clear)
-    names = [str(screening.table.response.name) for screening in screenings]
-    responses = f" --response {shlex.join(names)}" if len(names) > 1 else ""
+    responses = f" --response {shlex.join(each)}" if len(each) > 1 else ""
     return f"bbd --design {words}" + (" --face-centred" if len(clear) == 2 else "") + responses
 
 

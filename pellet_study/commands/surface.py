@@ -63,8 +63,8 @@ def _fitted(own, table):
     power = named or (parse_transformation(word) if word else None)
     surface = box_behnken.analyse(power.applied(table), own.alpha) if power else plain
     response = FittedResponse(name, surface, power)
-    told = transformation_answer(response, plain.box_cox, word)
-    return response, [scale_text(response, plain.box_cox, word)], {"transformation": told}
+    told = transformation_answer(name, power, plain.box_cox, word)
+    return response, [scale_text(name, power, plain.box_cox, word)], {"transformation": told}
 
 
 def _reduced(own, surface, found: Analysed):

@@ -104,6 +104,7 @@ def _by_signs(full: np.ndarray, n_blocks: int) -> np.ndarray | None:
     if n_blocks not in (2, 4):
         return None
     free = _free_columns(full)
+    ways: list[tuple[np.ndarray, ...]]
     if n_blocks == 2:
         ways = [(column,) for column in free]
     else:
@@ -114,8 +115,8 @@ def _by_signs(full: np.ndarray, n_blocks: int) -> np.ndarray | None:
         ]
     if not ways:
         return None
-    first, *second = min(ways, key=lambda columns: _mixed_with(full[:, 1:], np.column_stack(columns)))
-    return 1 + (first > 0).astype(int) + (2 * (second[0] > 0) if second else 0)
+    best = min(ways, key=lambda columns: _mixed_with(full[:, 1:], np.column_stack(columns)))
+    return 1 + (best[0] > 0).astype(int) + (2 * (best[1] > 0) if n_blocks == 4 else 0)
 
 
 def _orders(n_factors: int) -> range:
@@ -131,7 +132,7 @@ def _free_columns(full: np.ndarray) -> list[np.ndarray]:
         for size in _orders(n_factors)
         for word in combinations(range(1, n_factors + 1), size)
     ]
-    found = {}
+    found: dict[bytes, np.ndarray] = {}
     for column in [*products, *_unused(full)]:
         if np.abs(full.T @ column).max() < 0.5:
             found.setdefault((column * column[0]).tobytes(), column)

@@ -9,25 +9,25 @@ from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.selection import Selection
 from pellet_study.doe.surface_text import box_cox_text
 from pellet_study.doe.text import grid, heading_of_terms, number, percent, run_interval_text
-from pellet_study.doe.transformation import parse_transformation
+from pellet_study.doe.transformation import Transformation, parse_transformation
 
 
-def scale_text(response: FittedResponse, box_cox: BoxCox | None, advised: str | None) -> str:
-    """What Box and Cox's likelihood says of the response's scale, what was done, and what its predictions mean."""
+def scale_text(
+    name: str, scale: Transformation | None, box_cox: BoxCox | None, advised: str | None, predicted: bool = True
+) -> str:
+    """What Box and Cox's likelihood says of the scale of a response, what was done, and what its predictions mean."""
     told = (
         "Box-Cox: undefined (a response is not positive, or there is no residual)"
         if box_cox is None
         else box_cox_text(box_cox)
     )
-    scale = response.transformation
     if scale is None:
-        return f"{told}; so {response.name} is analysed as it is"
+        return f"{told}; so {name} is analysed as it is"
     by = "as advised" if advised and parse_transformation(advised) == scale else "as asked for"
     turned = ", which falls where it rises" if scale.power < 0 else ""
     return (
-        f"{told}\n{response.name} is analysed as {response.surface.table.response.name}, {by}{turned}: coefficients, ANOVA and "
-        f"residuals are on that scale; predictions and goals are taken back to {response.name}'s own unit, and are of its "
-        "median"
+        f"{told}\n{name} is analysed as {scale.name_of(name)}, {by}{turned}: coefficients, ANOVA and residuals are on that scale"
+        + (f"; predictions and goals are taken back to {name}'s own unit, and are of its median" if predicted else "")
     )
 
 

@@ -122,6 +122,19 @@ def test_main_effects_alone_where_asked_for(tmp_path):
     assert set(found["effects"]) == set("ABCD") and found["contrasts"]["AC"] == pytest.approx(-18.125)
 
 
+def test_the_logarithm_of_a_product_has_no_interactions(tmp_path, capsys):
+    """y = exp(2 + A/2 + B): the effects of ln y are 1 and 2, and no interaction is left."""
+    frame = factorial("AB", np.zeros(4))
+    twice = pd.concat([frame, frame], ignore_index=True)
+    y = np.exp(2 + twice.A / 2 + twice.B + 0.01 * np.repeat([1.0, -1.0], 4))
+    found = answer(twice.assign(y=y), tmp_path, "--transform", "log")
+    assert found["effects"] == pytest.approx({"A": 1, "B": 2, "AB": 0}, abs=1e-9)
+    assert found["transformation"]["power"] == 0 and found["response"] == "ln(y)"
+    assert answer(twice.assign(y=y), tmp_path, "--transform")["transformation"]["advised"] == "log"
+    words = ["pb", str(tmp_path / "table.csv"), "--transform", "log", "--climb", "gradient"]
+    assert main(words) == 2 and "leave --transform out" in capsys.readouterr().err
+
+
 # ----------------------------------------------------------------------------------------------------- advice
 def lacking(frame: pd.DataFrame, tmp_path, capsys, *options: str) -> str:
     answer(frame, tmp_path, *options)
