@@ -38,11 +38,10 @@ def fraction_size(corners: np.ndarray) -> int:
 
 
 def clear_interactions(names: list[str], coded: np.ndarray, centre: np.ndarray, beside=()) -> dict[str, tuple]:
-    """{term: indices} of the interactions clear of main effects, of one another and of the blocks.
+    """{term: indices} of the two-factor interactions of a design that tells them from main effects and from one another.
 
-    Of a full factorial, or a fraction of resolution V and more, that is all of them but those that blocks hide; of resolution
-    IV those that share their contrast with no other; none of a screening in which some main effect carries an interaction
-    (resolution III, Plackett-Burman).
+    Of a full factorial, or a fraction of resolution V and more, that is all of them but those that blocks hide; none where
+    some share a contrast (resolution IV), or a main effect carries one (resolution III, Plackett-Burman).
 
     Parameters
     ----------
@@ -61,9 +60,8 @@ def clear_interactions(names: list[str], coded: np.ndarray, centre: np.ndarray, 
         return {}
     products = columns_of(signs, pairs)
     mains = columns_of(signs, linear_terms(names))
-    if np.abs(_left(products, mains)).max(axis=0).min() < 1e-9:
-        return {}
-    first = np.column_stack([mains, *(column[~centre] for column in beside)])
+    between = np.column_stack([np.ones(len(signs)), *(column[~centre] for column in beside)])
+    first = np.column_stack([mains, between])
     found = {}
     for place, (name, indices) in enumerate(pairs.items()):
         others = np.column_stack([first, np.delete(products, place, axis=1)])
@@ -71,6 +69,8 @@ def clear_interactions(names: list[str], coded: np.ndarray, centre: np.ndarray, 
         left = _left(column, others)
         if left @ left * MOST_INFLATION >= np.sum((column - column.mean()) ** 2) > 1e-9:
             found[name] = indices
+        elif np.abs(_left(column, between)).max() > 1e-9:  # else the blocks hide it, and it alone
+            return {}
     return found
 
 
