@@ -55,6 +55,7 @@ def ours(spec: dict[str, str]) -> dict[Key, float]:
     with tempfile.TemporaryDirectory() as folder:
         answer_file = Path(folder) / "answer.json"
         words = [spec["command"], str(ROOT / spec["file"]), "--json", str(answer_file)]
+        words += ["--main-effects"] if spec["command"] == "pb" else []
         words += [word for name, ends in factors.items() for word in ("--factor", f"{name}={','.join(ends)}")]
         words += [word for name in filter(None, [spec["block"]]) for word in ("--block", name)]
         words += [word for name in filter(None, spec["ignore"].split(";")) for word in ("--ignore", name)]

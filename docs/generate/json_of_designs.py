@@ -40,6 +40,7 @@ ANALYSIS = {
     "vif": "{term: variance inflation factor}",
     "warnings": "what the reader must know beside the answer",
 }
+BLOCK_CONFOUNDED = "{effect: share of it that lies between the blocks}, 1 where it cannot be told from them"
 WHOLE = {
     "responses": "{response: its whole answer}, where several are analysed; the first one's stands at the top too",
     "not_analysed": "{response: why}, where one could not be",
@@ -47,18 +48,21 @@ WHOLE = {
 }
 PB = {
     **ANALYSIS,
-    "p_adjusted": "{factor: p adjusted for the number of factors}",
-    "sums_of_squares": "{factor: sum of squares}",
-    "contributions_percent": "{factor: share of the sum of squares}",
+    "p_adjusted": "{term: p adjusted for the number of terms}",
+    "sums_of_squares": "{term: sum of squares}",
+    "contributions_percent": "{term: share of the sum of squares}",
+    "interactions": "two-factor interactions that are fitted, because the runs tell them apart",
+    "contrasts": "{what it holds: contrast} of what no term has, in a complete regular design",
     "curvature": "of the centre points against the corners; null without centre points",
     "curvature.estimate": "mean of the centre points less that of the corners",
     "curvature.sum_of_squares": "its sum of squares",
     "curvature.f": "its F",
     "curvature.p": "its p",
-    "detectable_effects": "{factor: effect found with probability `power`}; null where saturated",
+    "block_confounded": BLOCK_CONFOUNDED,
+    "detectable_effects": "{term: effect found with probability `power`}; null where saturated",
     "power": "the probability those are for",
-    "noise_contrasts": "columns of no factor, from which error is estimated",
-    "aliases": "{factor: {interaction: share of it that is added to its effect}}",
+    "noise_contrasts": "columns of no term, from which error is estimated",
+    "aliases": "{term: {interaction that is not fitted: share of it that is added to its effect}}",
     **WHOLE,
     "climb": "the path, with --climb",
     "climb.points": "runs to make: {factor: physical level}",
@@ -84,7 +88,9 @@ PREDICTION = {
     "predicted": "by the model",
     "standard_error": "of the predicted mean",
     "confidence": "[low, high] of the mean",
-    "prediction": "[low, high] of one run",
+    "prediction": "[low, high] of one run; of a design in blocks, of a run in a new block",
+    "within_block": "[low, high] of one run in an average one of the blocks that were run; null without blocks",
+    "block_scatter": "the scatter between blocks that `prediction` holds, grouping by grouping; null without blocks",
     "extrapolation": "true outside of the design's box",
     "level": "of both intervals",
 }
@@ -180,6 +186,7 @@ MADE = {
     "design": "the runs in the order to be made: {factor: physical level}",
     "standard_order": "place of each in the order before it was drawn by lot, from 1",
     "blocks": "block of each run; null without blocks",
+    "block_confounded": BLOCK_CONFOUNDED,
     "orthogonal_blocks": "whether these leave the effects as they are; null without blocks",
     "seed": "of the random order; the same seed gives the same sheet",
 }
@@ -204,6 +211,7 @@ SCORE = {
     "terms": "of the model",
     "df_residual": "left for error",
     "pure_error_df": "of replicates",
+    "block_confounded": BLOCK_CONFOUNDED,
     "confounded": "terms that the runs do not separate; where there are any, the numbers below are null or empty",
     "d_efficiency": "100 |X'X|^(1/p)/n, percent",
     "a_efficiency": "100 p/(n tr (X'X)^-1), percent",

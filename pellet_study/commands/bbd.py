@@ -197,8 +197,8 @@ def _design(arguments) -> dict:
     from pellet_study.doe import blocking, box_behnken
     from pellet_study.doe.composite import composite_matrix
     from pellet_study.doe.factors import parse_factors
-    from pellet_study.doe.linear_model import columns_of, quadratic_terms
     from pellet_study.doe.run_sheet import run_sheet
+    from pellet_study.doe.terms import columns_of, quadratic_terms
 
     factors = parse_factors(arguments.design)
     words = [factor.name for factor in factors if factor.levels]

@@ -41,7 +41,7 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         _add_table(verb)
         if name in ("power", "score", "repair"):
             verb.add_argument("--model", choices=("main", "interactions", "quadratic"),
-                              help="terms to be fitted (default: main at two levels, quadratic at more)")  # fmt: skip
+                              help="terms to be fitted (default: what pb fits at two levels, quadratic at more)")  # fmt: skip
         if name in ("fold", "axial", "repair"):
             verb.add_argument(
                 "--output", metavar="FILE", type=Path, help="write the table with the runs to make (.csv, .xlsx)"
@@ -100,11 +100,20 @@ def _model(arguments, table) -> str:
     """The model asked for, or that of the design's levels."""
     import numpy as np
 
+    from pellet_study.doe.interactions import clear_interactions
+    from pellet_study.doe.score import block_columns
+    from pellet_study.doe.terms import interaction_terms
+
     if arguments.model:
         return arguments.model
     levels = np.abs(table.coded[:, [not factor.levels for factor in table.factors]])
     off = levels[levels.max(axis=1, initial=0.0) > 0.5]
-    return "main" if np.all(np.abs(off - 1) < 0.1) else "quadratic"
+    if not np.all(np.abs(off - 1) < 0.1):
+        return "quadratic"
+    centre, between = np.asarray(table.centre), block_columns(table.blocks)
+    clear = clear_interactions(table.names, table.coded, centre, () if between is None else between.T)
+    every = len(table.names) > 1 and len(clear) == len(interaction_terms(table.names))
+    return "interactions" if every else "main"
 
 
 def _power(arguments, table) -> dict:
@@ -112,8 +121,8 @@ def _power(arguments, table) -> dict:
 
     from pellet_study.doe import design_text, power
     from pellet_study.doe.answers import plain
-    from pellet_study.doe.linear_model import columns_of
     from pellet_study.doe.score import block_columns, model_terms
+    from pellet_study.doe.terms import columns_of
 
     model = _model(arguments, table)
     terms = model_terms(table.names, model)
@@ -182,11 +191,11 @@ def _repair(arguments, table) -> dict:
 
     from pellet_study.doe import design_text
     from pellet_study.doe.answers import plain
-    from pellet_study.doe.linear_model import columns_of
     from pellet_study.doe.planned_table import runs_to_repeat
     from pellet_study.doe.repair import repair
     from pellet_study.doe.run_sheet import new_seed
     from pellet_study.doe.score import block_columns, model_terms
+    from pellet_study.doe.terms import columns_of
 
     terms = model_terms(table.names, _model(arguments, table))
     matrix, names = columns_of(table.coded, terms), list(terms)

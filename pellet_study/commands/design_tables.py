@@ -139,6 +139,7 @@ def write_design(sheet, path: Path | None, command: str) -> dict:
         "standard_order": sheet.frame["standard_order"].tolist(),
         "blocks": sheet.frame["block"].tolist() if sheet.n_blocks > 1 else None,
         "orthogonal_blocks": sheet.orthogonal_blocks if sheet.n_blocks > 1 else None,
+        "block_confounded": sheet.confounded if sheet.n_blocks > 1 else None,
         "seed": sheet.seed,
     }
 

@@ -39,6 +39,8 @@ run that failed. Rows in any order, centre points and replicates welcome.
 CSV of any spreadsheet or statistics program (decimal commas, UTF-16, GBK too), or xlsx; columns such as StdOrder,
 RunOrder and PtType are left out, a block (day, batch) is given as --block NAME, anything else as --ignore NAME.
 Several responses: --response NAME NAME (after the table), each analysed; the other columns are factors.
+Interactions of two factors are fitted where the runs tell them from the main effects and from one another, as in a full
+factorial; --main-effects fits none.
 R2 and its kin leave out the curvature (the centre points), C.V. is in percent of the mean of all runs.
 
 examples:
@@ -55,6 +57,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.epilog = EXAMPLES
     add_table_arguments(parser)
     add_response_argument(parser)
+    parser.add_argument(
+        "--main-effects", action="store_true", help="fit no interactions (default: those that the runs tell apart)"
+    )
+    parser.add_argument(
+        "--transform", metavar="[NAME=]HOW", action="append", nargs="?", const="",
+        help="analyse log, sqrt, inverse or a power of the response (without HOW: what Box-Cox advises, if it does)",
+    )  # fmt: skip
     climb = parser.add_argument_group("steepest climb")
     climb.add_argument(
         "--climb", choices=("gradient", "equal"), help="path along the gradient, or by equal coded steps"
@@ -138,6 +147,11 @@ def _check_path(arguments: argparse.Namespace) -> None:
         raise InputError(
             "--climb-step, --climb-factors and --climb-limits shape a path: give --climb gradient or --climb equal too"
         )
+    if arguments.transform and (arguments.climb or arguments.climb_runs):
+        raise InputError(
+            "--transform came with a climb: expected one of the two, as the runs of a path are read on the response's own scale; "
+            "leave --transform out to climb, its direction is nearly the same"
+        )
     if arguments.climb is None and arguments.climb_runs is None:
         wanted = [
             option for option in ("target", "descend", "lowest") if getattr(arguments, option) not in (None, False)
@@ -166,14 +180,15 @@ def _screened(own, table, of_path: list[list[str]]) -> Screened:
     from pellet_study.doe import answers, path_text, plackett_burman, screening_text
     from pellet_study.doe.cautions import climb_cautions
 
-    screening = plackett_burman.analyse(table, own.alpha)
+    table, scale_words, told = _on_scale(own, table)
+    screening = plackett_burman.analyse(table, own.alpha, interactions=not own.main_effects)
     warnings = screening_text.screening_warnings(screening)
-    answer = {**answers.screening_answer(screening), "warnings": warnings}
+    answer = {**answers.screening_answer(screening), **told, "warnings": warnings}
     climb = _climb(own, screening)
     if climb:
         warnings += climb_cautions(climb, screening)
     runs, turning = _turning(own, screening, warnings, of_path)
-    words = [screening_text.screening_text(screening)]
+    words = [*scale_words, screening_text.screening_text(screening)]
     if climb:
         moved = {factor.name for factor in climb.factors}
         words.append(path_text.climb_text(climb, [factor for factor in table.factors if factor.name not in moved]))
@@ -184,14 +199,35 @@ def _screened(own, table, of_path: list[list[str]]) -> Screened:
     return Screened(screening, climb, answer, "\n\n".join(words), runs, turning)
 
 
+def _on_scale(own, table):
+    """The table with its response on the scale asked for, what is to be said of that, and what goes into the answer."""
+    if own.transform is None:
+        return table, [], {}
+    from pellet_study.doe import plackett_burman
+    from pellet_study.doe.box_cox import box_cox
+    from pellet_study.doe.response_answers import transformation_answer
+    from pellet_study.doe.response_text import scale_text
+    from pellet_study.doe.transformation import advised, parse_transformation
+
+    name = str(table.response.name)
+    named = parse_transformation(own.transform) if own.transform else None
+    model = plackett_burman.analyse(table, own.alpha, interactions=not own.main_effects).model
+    found = box_cox(model, own.alpha) if model.mean_square_error else None
+    word = advised(found)
+    power = named or (parse_transformation(word) if word else None)
+    words = [scale_text(name, power, found, word, predicted=False)]
+    told = {"transformation": transformation_answer(name, power, found, word)}
+    return (power.applied(table) if power else table), words, told
+
+
 def _levels(arguments, factors) -> dict:
     """The analysis of a table with factors at three or more named levels."""
     from pellet_study.doe import categorical, design_text
     from pellet_study.doe.answers import plain
 
-    if arguments.climb or arguments.climb_runs or arguments.figures:
+    if arguments.climb or arguments.climb_runs or arguments.figures or arguments.transform:
         raise InputError(
-            "a factor has three or more named levels: expected no --climb, --climb-runs or --figures then; leave them out, "
+            "a factor has three or more named levels: expected no --climb, --climb-runs, --transform or --figures; leave them out, "
             "or analyse the table at two of the levels"
         )
     each: dict[str, dict] = {}
@@ -249,11 +285,11 @@ def _axial(arguments, screenings) -> str | None:
 
 
 def _clear(screenings) -> list[str]:
-    """The factors that are clear of any response, but for those at named levels, which have no middle."""
-    from pellet_study.doe.steepest_climb import significant
+    """The factors that act on any response, but for those at named levels, which have no middle."""
+    from pellet_study.doe.steepest_climb import acting
 
     words_only = {factor.name for factor in screenings[0].table.factors if factor.levels}
-    return sorted({name for screening in screenings for name in significant(screening)} - words_only)
+    return sorted({name for screening in screenings for name in acting(screening)} - words_only)
 
 
 def _next(screenings) -> str | None:

@@ -63,8 +63,8 @@ def _fitted(own, table):
     power = named or (parse_transformation(word) if word else None)
     surface = box_behnken.analyse(power.applied(table), own.alpha) if power else plain
     response = FittedResponse(name, surface, power)
-    told = transformation_answer(response, plain.box_cox, word)
-    return response, [scale_text(response, plain.box_cox, word)], {"transformation": told}
+    told = transformation_answer(name, power, plain.box_cox, word)
+    return response, [scale_text(name, power, plain.box_cox, word)], {"transformation": told}
 
 
 def _reduced(own, surface, found: Analysed):
@@ -73,10 +73,10 @@ def _reduced(own, surface, found: Analysed):
         return surface
     from pellet_study.doe import reduction, surface_text
     from pellet_study.doe.cautions import reduction_cautions, suspect_cautions, suspects_first
-    from pellet_study.doe.linear_model import resolve_terms
     from pellet_study.doe.response_answers import reduced_answer
     from pellet_study.doe.response_text import selection_text
     from pellet_study.doe.selection import select_by_aicc
+    from pellet_study.doe.terms import resolve_terms
 
     selection = None
     dropped = resolve_terms(own.drop, surface.model.terms) if own.drop else []

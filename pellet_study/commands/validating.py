@@ -108,12 +108,16 @@ def _verify(own, one, where: dict[str, float], named: bool, parts: list[str], wa
         parts.append(validation_text.equivalence_text(found, name))
         answer["validation"] = answers.equivalence_answer(found)
         shown = found.equivalent
-    predicted = one.response.interval([[float(f.coded(where[f.name])) for f in one.response.factors]])
+    coded = [[float(f.coded(where[f.name])) for f in one.response.factors]]
+    predicted = one.response.interval(coded)
     if predicted.prediction is None:
         return shown
-    beside = validation.beside_prediction(readings, predicted.prediction, predicted.level)
+    of_mean = one.response.interval(coded, len(readings)).prediction if predicted.block_scatter else None
+    mean = one.response.mean_of(readings)
+    beside = validation.beside_prediction(readings, predicted.prediction, predicted.level, mean, of_mean)
     parts[-1] += "\n" + validation_text.beside_prediction_text(beside)
     told = {"inside": beside.inside, "prediction": beside.prediction, "contradicts_prediction": beside.contradicted}
+    told |= {"prediction_of_mean": of_mean} if of_mean else {}
     answer["validation"] |= answers.plain(told)
     if beside.contradicted:
         warnings.append((f"{name}: " if named else "") + validation_text.contradicted_text(beside))

@@ -2,8 +2,9 @@
 
 Imports go one way, left may be imported by right:
 
-    factors, blocks, published_designs, composite, raw_table < bookkeeping < columns, levels, screening_designs < design_table
-    < linear_model < importance, lenth, box_cox, run_diagnostics < plackett_burman < box_behnken < reduction, standard_order
+    factors, blocks, published_designs, composite, raw_table, rounding < bookkeeping < columns, levels, screening_designs < design_table
+    < terms < linear_model, interactions, confounding < block_scatter < anova, intervals, importance, lenth, box_cox, run_diagnostics
+    < plackett_burman < box_behnken < reduction, standard_order
     < coded_box, box_search, transformation, selection, goals < fitted_response < desirability < pieces < joint_set
     < overlay, steepest_climb, path_turning, optimum, validation, margins, blocking, categorical
     < run_sheet, fold_over, augment, power < planned_table, repair, score

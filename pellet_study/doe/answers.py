@@ -7,7 +7,7 @@ import pandas as pd
 
 from pellet_study.doe.blocks import offsets
 from pellet_study.doe.box_behnken import Surface
-from pellet_study.doe.linear_model import Interval
+from pellet_study.doe.intervals import Interval
 from pellet_study.doe.optimum import TargetSet
 from pellet_study.doe.path_turning import Turning
 from pellet_study.doe.plackett_burman import Screening
@@ -81,7 +81,10 @@ def screening_answer(screening: Screening) -> dict:
             "curvature": screening.curvature,
             "detectable_effects": screening.detectable_effects,
             "power": screening.power,
+            "interactions": screening.interactions,
+            "contrasts": screening.contrasts,
             "noise_contrasts": screening.noise_contrasts,
+            "block_confounded": screening.block_confounded,
             "aliases": screening.aliases,
             "orthogonal": screening.orthogonal,
             "standard_error_inflation": screening.standard_error_inflation,

@@ -12,7 +12,7 @@ import numpy as np
 from pellet_study.doe.blocking import inflation
 from pellet_study.doe.composite import axial_distance, axial_points
 from pellet_study.doe.factors import factor_meant
-from pellet_study.doe.linear_model import columns_of, quadratic_terms
+from pellet_study.doe.terms import columns_of, quadratic_terms
 from pellet_study.errors import InputError
 
 

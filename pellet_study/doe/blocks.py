@@ -60,6 +60,14 @@ def columns_of_blocks(blocks) -> dict[str, np.ndarray]:
     return {name: column for block in blocks for name, column in block.columns().items()}
 
 
+def block_labels(blocks, chosen) -> list[str]:
+    """The block of each of the runs chosen (n_runs,), by all groupings together; none without blocks."""
+    if not blocks:
+        return []
+    together = [" ".join(words) for words in zip(*(block.labels for block in blocks), strict=True)]
+    return [label for label, is_in in zip(together, chosen, strict=True) if is_in]
+
+
 def sum_of_squares(blocks, response) -> tuple[float, int]:
     r"""Sum of squares of the blocks, fitted before the factors, and its degrees of freedom.
 

@@ -11,28 +11,16 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from pellet_study.doe.blocks import columns_of_blocks
+from pellet_study.doe.anova import anova_row, block_rows, near_zero, pure_error, type_three
 from pellet_study.doe.box_cox import BoxCox, box_cox
 from pellet_study.doe.composite import composite_matrix
 from pellet_study.doe.design_table import DesignTable
 from pellet_study.doe.factors import Factor, physical_design
 from pellet_study.doe.lenth import Lenth, lenth
-from pellet_study.doe.linear_model import (
-    INTERCEPT,
-    LinearFit,
-    anova_row,
-    block_rows,
-    fit,
-    near_zero,
-    physical_coefficients,
-    press,
-    pure_error,
-    quadratic_terms,
-    type_three,
-    variance_inflation,
-)
+from pellet_study.doe.linear_model import LinearFit, fit, physical_coefficients, press, variance_inflation
 from pellet_study.doe.published_designs import box_behnken_matrix
 from pellet_study.doe.run_diagnostics import Runs, adequate_precision_of, diagnostics, normality_of
+from pellet_study.doe.terms import INTERCEPT, quadratic_terms
 from pellet_study.errors import InputError
 
 PREDICTED_R2_GAP = 0.2
@@ -170,8 +158,8 @@ def analyse(table: DesignTable, alpha: float = 0.05) -> Surface:
 
 
 def fit_surface(table: DesignTable, terms: dict[str, tuple[int, ...]], alpha: float = 0.05) -> Surface:
-    """Fit the given terms (see `linear_model.quadratic_terms`) and everything that is read off the fit."""
-    model = fit(table.names, terms, table.coded, table.response, columns_of_blocks(table.blocks))
+    """Fit the given terms (see `terms.quadratic_terms`) and everything that is read off the fit."""
+    model = fit(table.names, terms, table.coded, table.response, blocks=table.blocks, rounding=table.rounding_variance)
     rows, lack_of_fit_p, pure_df = _anova(table, model)
     total = float(np.sum((model.response - model.response.mean()) ** 2))
     variance, squares = model.mean_square_error, press(model)

@@ -13,11 +13,11 @@ from pathlib import Path
 import numpy as np
 import pandas as pd
 
+from pellet_study.doe.anova import anova_row, near_zero, pure_error
 from pellet_study.doe.blocks import Block, columns_of_blocks
 from pellet_study.doe.columns import read_columns
 from pellet_study.doe.design_table import code_design
 from pellet_study.doe.factors import Factor
-from pellet_study.doe.linear_model import anova_row, near_zero, pure_error
 from pellet_study.errors import InputError
 from pellet_study.tables.headers import found_in
 

@@ -5,12 +5,15 @@ import shlex
 import numpy as np
 
 from pellet_study.doe.box_behnken import Surface
+from pellet_study.doe.confounding import hidden
 from pellet_study.doe.design_table import DesignTable
 from pellet_study.doe.fitted_response import FittedResponse
+from pellet_study.doe.fold_over import resolution
 from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.published_designs import misplaced_level, recognise
 from pellet_study.doe.standard_order import Departures, departures
-from pellet_study.doe.steepest_climb import Climb
+from pellet_study.doe.steepest_climb import Climb, significant_terms
+from pellet_study.doe.terms import interaction_terms
 
 
 def p_in_words(p: float) -> str:
@@ -112,12 +115,45 @@ def screening_cautions(screening: Screening) -> list[str]:
             "a residual: replicate the centre point before you climb"
         )
     if screening.lack_of_fit_p is not None and screening.lack_of_fit_p < screening.alpha:
-        found.append(
-            f"the lack of fit is significant ({p_in_words(screening.lack_of_fit_p)}): main effects alone do not describe "
-            "these runs, some factors interact; fold the design over, or run a full factorial of the factors that act"
-        )
-    found += _worse_than_mean(screening, "the factors that act may not be among these, or they interact")
+        found.append(f"the lack of fit is significant ({p_in_words(screening.lack_of_fit_p)}): {_lacking(screening)}")
+    missing = [name for name in interaction_terms(screening.table.names) if name not in screening.model.terms]
+    found += _worse_than_mean(
+        screening, "the factors that act may not be among these" + (", or they interact" if missing else "")
+    )
     return level_cautions(screening.table) + suspect_cautions(screening) + suspects_first(screening, found)
+
+
+def _lacking(screening: Screening) -> str:
+    """What the model of a screening lacks, and what to do: never what the table is already."""
+    names, coded = screening.table.names, screening.table.coded.to_numpy()
+    pairs = interaction_terms(names)
+    missing = [name for name in pairs if name not in screening.model.terms]
+    blocked = [name for name in hidden(screening.block_confounded) if name in missing]
+    if not missing:
+        return (
+            "main effects and two-factor interactions do not describe these runs to within what replicates differ; look for a "
+            "run that went wrong, analyse the logarithm of the response (--transform log), and check that the replicates are "
+            "runs of their own"
+        )
+    if blocked == missing:
+        return (
+            f"these runs cannot show {', '.join(blocked)}, which the blocks hide; repeat the design with its runs parted into "
+            "blocks in another way (pb --design ... --blocks), or in one block"
+        )
+    what = (
+        "main effects alone do not describe these runs"
+        if not screening.interactions
+        else "the terms fitted do not describe these runs"
+    )
+    corners = np.sign(coded[np.abs(coded).max(axis=1) > 0.5])
+    if len(np.unique(corners, axis=0)) == 2 ** len(names):
+        return f"{what}, some factors interact; leave out --main-effects, so that the interactions are fitted"
+    if resolution(corners) == 3 or any(screening.aliases[name] for name in names):
+        return f"{what}, some factors interact; fold the design over (design fold), or run a full factorial of the factors that act"
+    return (
+        f"{what}, some factors interact, and their interactions share contrasts; set those of one factor apart (design fold --on "
+        f"{shlex.quote(names[0])}, or another), or run a full factorial of the factors that act"
+    )
 
 
 def surface_cautions(surface: Surface) -> list[str]:
@@ -238,13 +274,24 @@ def _far_stationary(surface: Surface) -> list[str]:
 
 def climb_cautions(climb: Climb, screening: Screening) -> list[str]:
     """Where the path starts from a prediction that the centre runs contradict."""
+    found = []
+    strong = [name for name in significant_terms(screening) if name in screening.interactions]
+    moved = {factor.name for factor in climb.factors}
+    terms, names = screening.model.terms, screening.table.names
+    strong = [name for name in strong if {names[i] for i in terms[name]} & moved]
+    if strong:
+        found.append(
+            f"the path is that of the main effects alone, and {', '.join(strong)} {'is' if len(strong) == 1 else 'are'} significant: "
+            "the slopes change along it; make its first runs before you trust its direction, or go on with a three-level design"
+        )
     curvature = screening.curvature
     if curvature is None or curvature.p is None or curvature.p >= screening.alpha:
-        return []
+        return found
     centre = (np.round(screening.table.coded.to_numpy()) == 0).all(axis=1)
     mean = float(screening.table.response[centre].mean())
     straight = mean - curvature.estimate
     return [
+        *found,
         f"the path is that of the straight line, which predicts {straight:.5g} at the centre where the runs read "
-        f"{mean:.5g}: its predictions are not to be trusted"
+        f"{mean:.5g}: its predictions are not to be trusted",
     ]

@@ -11,6 +11,7 @@ from pellet_study.doe.blocks import Block
 from pellet_study.doe.columns import read_columns
 from pellet_study.doe.factors import Factor
 from pellet_study.doe.levels import resolve
+from pellet_study.doe.rounding import rounding_variance
 from pellet_study.errors import InputError
 from pellet_study.output.words import nearest
 from pellet_study.tables.headers import found_in, split_unit
@@ -44,6 +45,8 @@ class DesignTable:
         Where in its design each run stands, from 1, where the file says so.
     decimal : str
         The decimal sign of the file.
+    rounding : float or None
+        Variance of the rounding of a response that is not as read, such as a logarithm; None: by its own decimals.
     """
 
     factors: list[Factor]
@@ -56,6 +59,12 @@ class DesignTable:
     order: pd.Series | None = None
     standard_order: pd.Series | None = None
     decimal: str = "."
+    rounding: float | None = None
+
+    @property
+    def rounding_variance(self) -> float:
+        """The variance that rounding alone gives to a response, response unit squared."""
+        return rounding_variance(self.response) if self.rounding is None else self.rounding
 
     @property
     def names(self) -> list[str]:

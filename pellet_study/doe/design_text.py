@@ -2,12 +2,13 @@
 
 from pellet_study.doe.augment import Augmented
 from pellet_study.doe.categorical import LevelAnalysis
+from pellet_study.doe.confounding import hidden
 from pellet_study.doe.fold_over import FoldOver
 from pellet_study.doe.power import Power
 from pellet_study.doe.repair import Repair
 from pellet_study.doe.run_sheet import RunSheet
 from pellet_study.doe.score import Score
-from pellet_study.doe.text import anova_text, grid, number, probability
+from pellet_study.doe.text import anova_text, block_confounding_text, grid, number, probability
 
 ROMAN = {3: "III", 4: "IV", 5: "V or more"}
 
@@ -17,7 +18,9 @@ def blocks_text(sheet: RunSheet) -> str | None:
     if sheet.n_blocks == 1:
         return None
     if sheet.orthogonal_blocks:
-        return f"{sheet.n_blocks} orthogonal blocks: differences between them do not touch the effects"
+        which = "main effects" if sheet.confounded else "effects"
+        text = f"{sheet.n_blocks} orthogonal blocks: differences between them do not touch the {which}"
+        return "\n".join(filter(None, [text, block_confounding_text(sheet.confounded)]))
     if sheet.worst_inflation == float("inf"):
         return (
             f"{sheet.n_blocks} blocks, and some effect cannot be told from a difference between them: take fewer blocks "
@@ -133,10 +136,9 @@ def score_text(found: Score) -> str:
     ]
     if found.confounded:
         parts.append(
-            f"the runs do not separate {', '.join(found.confounded)}: this model cannot be fitted; take a smaller one, "
-            "or add runs (design fold, design axial)"
+            f"the runs do not separate {', '.join(found.confounded)}: this model cannot be fitted; {_separating(found)}"
         )
-        return "\n".join(parts)
+        return "\n".join(filter(None, [*parts, block_confounding_text(found.block_confounded)]))
     quantiles = ", ".join(f"{100 * float(q):g} % {v:.3f}" for q, v in found.variance_quantiles.items())
     parts.append(
         f"efficiency: D {found.d_efficiency:.2f} %, A {found.a_efficiency:.2f} %, G {found.g_efficiency:.2f} % (in the box "
@@ -156,7 +158,15 @@ def score_text(found: Score) -> str:
             for name, shares in carried.items()
         ]
         parts.append("\n".join(lines))
-    return "\n\n".join(parts)
+    return "\n\n".join(filter(None, [*parts, block_confounding_text(found.block_confounded, found.vif)]))
+
+
+def _separating(found: Score) -> str:
+    """What to do where the runs do not separate the terms of a model."""
+    if set(hidden(found.block_confounded)) & set(found.confounded):
+        return "take a smaller one, or part the runs into blocks in another way (pb --design ... --blocks)"
+    verb = "design axial" if found.model == "quadratic" else "design fold --on FACTOR"
+    return f"take a smaller one, or add runs ({verb})"
 
 
 def levels_text(found: LevelAnalysis) -> str:

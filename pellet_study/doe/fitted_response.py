@@ -8,7 +8,8 @@ from pellet_study.doe import coded_box
 from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.box_search import lowest_and_highest
 from pellet_study.doe.factors import Factor
-from pellet_study.doe.linear_model import Interval, interval, quadratic_terms
+from pellet_study.doe.intervals import Interval, interval
+from pellet_study.doe.terms import quadratic_terms
 from pellet_study.doe.transformation import Transformation
 
 
@@ -74,17 +75,27 @@ class FittedResponse:
         ends = self._back(predicted - width), self._back(predicted + width)
         return np.minimum(*ends), np.maximum(*ends)
 
-    def interval(self, coded) -> Interval:
+    def mean_of(self, readings) -> float:
+        """The mean of readings on the fitted scale, taken back."""
+        forward = readings if self.transformation is None else self.transformation.forward(readings)
+        return float(self._back(float(np.mean(forward))))
+
+    def interval(self, coded, runs: int = 1) -> Interval:
         """Prediction at one coded point with its two intervals at level 1 - alpha, in the response's own unit.
+
+        The prediction interval is that of the mean of `runs` runs, see `intervals.interval`.
 
         The standard error is that on the fitted scale; None where a transformation stands between.
         """
-        found = interval(self.surface.model, coded, self.surface.alpha)
+        found = interval(self.surface.model, coded, self.surface.alpha, runs)
         if self.transformation is None:
             return found
         predicted = float(self._back(found.predicted))
         confidence, prediction = self._back_ends(found.confidence), self._back_ends(found.prediction)
-        return Interval(predicted, None, confidence, prediction, found.extrapolation, found.level)
+        within = self._back_ends(found.within_block)
+        return Interval(
+            predicted, None, confidence, prediction, found.extrapolation, found.level, within, found.block_scatter
+        )
 
     def _back_ends(self, ends: tuple[float, float] | None) -> tuple[float, float] | None:
         if ends is None:

@@ -13,8 +13,8 @@ from itertools import combinations
 import numpy as np
 
 from pellet_study.doe.factors import factor_meant
-from pellet_study.doe.linear_model import columns_of, interaction_terms, linear_terms
-from pellet_study.doe.plackett_burman import aliases
+from pellet_study.doe.interactions import aliases
+from pellet_study.doe.terms import columns_of, interaction_terms, linear_terms
 from pellet_study.errors import InputError
 
 

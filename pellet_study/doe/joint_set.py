@@ -15,7 +15,7 @@ from pellet_study.doe.desirability import AS_GOOD, Wanted, acceptable, most_desi
 from pellet_study.doe.factors import Factor
 from pellet_study.doe.fitted_response import FittedResponse
 from pellet_study.doe.goals import Goal, overall
-from pellet_study.doe.linear_model import Interval
+from pellet_study.doe.intervals import Interval
 from pellet_study.doe.pieces import Pieces
 from pellet_study.errors import InputError
 

@@ -4,7 +4,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from pellet_study.doe.blocks import columns_of_blocks
 from pellet_study.doe.design_table import DesignTable
+from pellet_study.doe.interactions import contrasts
+from pellet_study.doe.terms import columns_of
 
 COMPLETION_RUNS = 16
 
@@ -61,8 +64,26 @@ def lenth(effects: list[float], alpha: float = 0.05, complete: bool = True) -> L
     return Lenth(len(sizes), error, margin, together, complete and len(sizes) >= SPARSE_CONTRASTS)
 
 
-def _unused_contrasts(table: DesignTable, centre: np.ndarray) -> list[float]:
-    """Contrasts of the columns that complete the design to a Hadamard matrix; none where not found.
+def left_over_contrasts(table: DesignTable, centre: np.ndarray, terms: dict[str, tuple]) -> dict[str, float]:
+    """{word: contrast} of a complete regular unreplicated design that no term has and no block hides; none of another.
+
+    They hold interactions of higher order, or those that share a contrast (`AC+BD`), and the noise.
+    """
+    corners = np.flatnonzero(~centre)
+    coded, response = table.coded.to_numpy()[corners], table.response.to_numpy()[corners]
+    if len(np.unique(coded.round(6), axis=0)) < len(coded):
+        return {}
+    between = [column[corners] for column in columns_of_blocks(table.blocks).values()]
+    taken = np.column_stack([columns_of(np.sign(coded), terms), *between])
+    return {
+        word: float(2 * column @ response / len(coded))
+        for word, column in contrasts(table.names, coded).items()
+        if np.abs(taken.T @ column).max() < 0.5
+    }
+
+
+def _unused_contrasts(table: DesignTable, centre: np.ndarray, terms: dict[str, tuple]) -> list[float]:
+    """Contrasts of the columns that complete the terms' to a Hadamard matrix; none where not found.
 
     They hold the noise and the two-factor interactions, and sharpen Lenth's estimate. The order of the rows has
     no say in them: products of the factors' columns where the design is regular, then the first columns found
@@ -70,16 +91,16 @@ def _unused_contrasts(table: DesignTable, centre: np.ndarray) -> list[float]:
     """
     corners = np.flatnonzero(~centre)
     coded, response = table.coded.to_numpy()[corners], table.response.to_numpy()[corners]
-    runs, n_factors = coded.shape
-    full = np.column_stack([np.ones(runs), coded])
-    if runs > COMPLETION_RUNS or not np.allclose(full.T @ full, runs * np.eye(n_factors + 1)):
+    full = columns_of(coded, terms)
+    runs, size = full.shape
+    if runs > COMPLETION_RUNS or not np.allclose(full.T @ full, runs * np.eye(size)):
         return []
     order = _standard_order(coded, response)
     full, response = np.sign(full[order]), response[order]
     signs = 1 - 2.0 * ((np.arange(2 ** (runs - 1))[:, None] >> np.arange(runs)) & 1)
     for chosen in (_products(full), []):  # three times a 2 x 2 design has a product and yet no completion with it
         free = signs[np.abs(signs @ np.column_stack([full, *chosen])).max(axis=1) < 0.5]
-        found = _completed(free, runs - 1 - n_factors - len(chosen))
+        found = _completed(free, runs - size - len(chosen))
         if found is not None:
             return [float(2 * column @ response / runs) for column in [*chosen, *found]]
     return []

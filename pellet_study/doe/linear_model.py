@@ -1,57 +1,23 @@
-"""Least squares on coded factors: the table of terms, its fit by statsmodels, and what is read off the fit.
+"""Least squares on coded factors: a linear model fitted by statsmodels, and what is read off the fit.
 
-References
-----------
-Myers, Montgomery, Anderson-Cook, Response Surface Methodology, 4th ed., Wiley 2016: PRESS (ch. 2), lack of
-fit (ch. 2), adequate precision (Design-Expert's definition, ch. 5).
+Reference
+---------
+Myers, Montgomery, Anderson-Cook, Response Surface Methodology, 4th ed., Wiley 2016, ch. 2: PRESS.
 """
 
-import re
+from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
-from itertools import combinations
 
 import numpy as np
-import pandas as pd
 
-from pellet_study.doe.blocks import sum_of_squares
+from pellet_study.doe.blocks import Block, columns_of_blocks
+from pellet_study.doe.terms import INTERCEPT, columns_of, quadratic_terms
 from pellet_study.errors import InputError
 
-INTERCEPT = "1"
 CURVATURE = "curvature"
 
 
-# ------------------------------------------------------------------------------------------------------ terms
-def _one_letter(names: list[str]) -> bool:
-    """Whether all factors have one letter, so that products can be written without a sign: BC, B2."""
-    return all(len(name) == 1 and name.isalpha() for name in names)
-
-
-def linear_terms(names: list[str]) -> dict[str, tuple[int, ...]]:
-    """{term: indices of the factors multiplied}: the intercept and the main effects."""
-    return {INTERCEPT: (), **{name: (i,) for i, name in enumerate(names)}}
-
-
-def interaction_terms(names: list[str]) -> dict[str, tuple[int, ...]]:
-    """{term: indices}: the two-factor interactions, `BC` for one-letter factors, else `first*second`."""
-    sign = "" if _one_letter(names) else "*"
-    return {f"{names[i]}{sign}{names[j]}": (i, j) for i, j in combinations(range(len(names)), 2)}
-
-
-def quadratic_terms(names: list[str]) -> dict[str, tuple[int, ...]]:
-    """{term: indices}: the above and the squares, named `B2` for one-letter factors, else `name^2`."""
-    sign = "" if _one_letter(names) else "^"
-    squares = {f"{name}{sign}2": (i, i) for i, name in enumerate(names)}
-    return {**linear_terms(names), **interaction_terms(names), **squares}
-
-
-def columns_of(coded, terms: dict[str, tuple[int, ...]]) -> np.ndarray:
-    """The model matrix (n_points, n_terms) of coded points (n_points, n_factors)."""
-    coded = np.atleast_2d(np.asarray(coded, dtype=float))
-    return np.column_stack([coded[:, list(indices)].prod(axis=1) for indices in terms.values()])
-
-
-# -------------------------------------------------------------------------------------------------------- fit
 @dataclass(frozen=True)
 class LinearFit:
     """A fitted linear model in coded units.
@@ -66,6 +32,10 @@ class LinearFit:
     response : ndarray (n_runs,)
     extra : dict
         {name: column (n_runs,)} of further columns fitted that are no part of the model (curvature).
+    blocks : list of Block
+        Groups of runs that may differ in level, fitted beside the rest.
+    rounding : float
+        Variance of a reading by its rounding alone, response unit squared: no scatter of single runs is below it.
     """
 
     names: list[str]
@@ -73,11 +43,18 @@ class LinearFit:
     coded: np.ndarray
     response: np.ndarray
     extra: dict[str, np.ndarray]
+    blocks: Sequence[Block] = ()
+    rounding: float = 0.0
+
+    @cached_property
+    def beside(self) -> dict[str, np.ndarray]:
+        """The columns fitted beside the terms: the extra ones, then the contrasts of the blocks."""
+        return {**self.extra, **columns_of_blocks(self.blocks)}
 
     @cached_property
     def matrix(self) -> np.ndarray:
         columns = columns_of(self.coded, self.terms)
-        return np.column_stack([columns, *self.extra.values()]) if self.extra else columns
+        return np.column_stack([columns, *self.beside.values()])
 
     @cached_property
     def results(self):
@@ -88,8 +65,8 @@ class LinearFit:
 
     @property
     def columns(self) -> list[str]:
-        """Names of the fitted columns: the terms, then the extra ones."""
-        return [*self.terms, *self.extra]
+        """Names of the fitted columns: the terms, then those beside them."""
+        return [*self.terms, *self.beside]
 
     @cached_property
     def inverse(self) -> np.ndarray:
@@ -145,12 +122,17 @@ class LinearFit:
 
     @cached_property
     def studentized(self) -> np.ndarray | None:
-        r"""R-student :math:`e/(s_{(i)}\sqrt{1-h})` (n_runs,), NaN at leverage 1; None with fewer than two residual df."""
+        r"""R-student :math:`e/(s_{(i)}\sqrt{1-h})` (n_runs,), NaN at leverage 1.
+
+        :math:`s_{(i)}`, from the other runs, has one degree of freedom less than the residual: None where that leaves none. It
+        is no smaller than the rounding of the readings, which few runs may hide by chance.
+        """
         if not self.mean_square_error or self.df_residual < 2:
             return None
         leverage = self.run_leverage
         left = np.where(leverage > 1 - 1e-9, np.nan, 1 - leverage)
         deleted = (self.ss_residual - self.residuals**2 / left) / (self.df_residual - 1)
+        deleted = np.maximum(deleted, self.rounding)
         return self.residuals / np.sqrt(np.where(deleted > 0, deleted, np.nan) * left)
 
     def suspects(self, alpha: float = 0.05) -> list[tuple[int, float]]:
@@ -183,19 +165,7 @@ class LinearFit:
         return slopes
 
 
-@dataclass(frozen=True)
-class Interval:
-    """A predicted response, its confidence interval (mean) and prediction interval (one run), both at `level`."""
-
-    predicted: float
-    standard_error: float | None
-    confidence: tuple[float, float] | None
-    prediction: tuple[float, float] | None
-    extrapolation: bool
-    level: float = 0.95
-
-
-def fit(names, terms, coded, response, extra=None) -> LinearFit:
+def fit(names, terms, coded, response, extra=None, blocks=(), rounding: float = 0.0) -> LinearFit:
     """Fit a linear model by least squares.
 
     Parameters
@@ -207,13 +177,17 @@ def fit(names, terms, coded, response, extra=None) -> LinearFit:
     response : array (n_runs,)
     extra : dict, optional
         {name: column} fitted beside the model's terms.
+    blocks : sequence of Block
+    rounding : float
+        See `LinearFit`.
 
     Raises
     ------
     InputError
         If there are fewer runs than terms, or the runs do not separate the terms.
     """
-    model = LinearFit(list(names), dict(terms), np.asarray(coded, float), np.asarray(response, float), extra or {})
+    coded, response = np.asarray(coded, float), np.asarray(response, float)
+    model = LinearFit(list(names), dict(terms), coded, response, extra or {}, blocks, rounding)
     runs, size = model.matrix.shape
     if runs < size:
         raise InputError(
@@ -236,64 +210,6 @@ def _confounded(model: LinearFit) -> str:
     null = vectors[np.sum(singular > 1e-9 * singular[0]) :]
     involved = np.abs(null).max(axis=0) > 1e-6
     return ", ".join(repr(name) for name, is_in in zip(model.columns, involved, strict=True) if is_in)
-
-
-# --------------------------------------------------------------------------------------------- read off a fit
-def type_three(model: LinearFit) -> dict[str, float]:
-    r"""{column: partial (type III) sum of squares} :math:`b_j^2 / [(X'X)^{-1}]_{jj}`, intercept left out."""
-    sums = np.asarray(model.results.params) ** 2 / np.diag(model.inverse)
-    return {name: float(value) for name, value in zip(model.columns, sums, strict=True) if name != INTERCEPT}
-
-
-def f_test(sum_of_squares: float, df: int, variance: float | None, df_error: int) -> tuple[float | None, float | None]:
-    """F and p of a sum of squares against an error variance; (None, None) where there is none."""
-    if not variance or df_error <= 0 or df <= 0:
-        return None, None
-    from scipy.special import fdtrc
-
-    ratio = sum_of_squares / df / variance
-    return float(ratio), float(fdtrc(df, df_error, ratio))
-
-
-def anova_row(source, sum_of_squares, df, variance=None, df_error=0) -> dict:
-    """One line of an ANOVA table; F and p are None where undefined."""
-    ratio, p = f_test(sum_of_squares, df, variance, df_error)
-    return {
-        "source": source,
-        "sum_of_squares": float(sum_of_squares),
-        "df": int(df),
-        "mean_square": float(sum_of_squares / df) if df else None,
-        "f": ratio,
-        "p": p,
-    }
-
-
-def pure_error(coded, response, blocks=()) -> tuple[float, int]:
-    """Sum of squares and degrees of freedom within replicated runs; exactly 0 where they differ by rounding only.
-
-    Runs of different blocks are no replicates of each other.
-    """
-    response = np.asarray(response, dtype=float)
-    labels = [pd.Series(block.labels) for block in blocks]
-    groups = pd.Series(response).groupby([pd.Series(c).round(6) for c in np.asarray(coded).T] + labels)
-    within = response - groups.transform("mean").to_numpy()
-    differ = np.abs(within).max() > 1e-12 * np.abs(response).max()
-    squares = float(((groups.count() - 1) * groups.var(ddof=1).fillna(0)).sum()) if differ else 0.0
-    return squares, int((groups.count() - 1).sum())
-
-
-def block_rows(blocks, model: LinearFit) -> tuple[list[dict], float]:
-    """The ANOVA's line of the blocks, fitted before the factors, and its sum of squares; none without blocks."""
-    squares, df = sum_of_squares(blocks, model.response)
-    if not df:
-        return [], 0.0
-    name = "blocks" if len(blocks) > 1 else f"block {blocks[0].name}"
-    return [anova_row(name, squares, df, model.mean_square_error, model.df_residual)], squares
-
-
-def near_zero(mean: float, response) -> bool:
-    """Whether a mean is zero but for rounding, so that nothing can be given in percent of it."""
-    return abs(mean) <= 1e-9 * float(np.abs(response).max())
 
 
 def press(model: LinearFit) -> float | None:
@@ -319,25 +235,6 @@ def variance_inflation(model: LinearFit) -> dict[str, float]:
     return {name: float(value) for name, value in zip(model.columns, vif, strict=True) if name != INTERCEPT}
 
 
-def interval(model: LinearFit, coded, alpha: float = 0.05) -> Interval:
-    """Predicted response at one coded point with its two intervals at level 1 - alpha.
-
-    `extrapolation` is true where the leverage of the point exceeds that of every run fitted (as at the
-    corners of a Box-Behnken box).
-    """
-    from scipy.special import stdtrit
-
-    predicted, leverage = float(model.predict(coded)[0]), float(model.leverage(coded)[0])
-    extrapolation = leverage > float(model.leverage(model.coded).max()) + 1e-9
-    if model.mean_square_error is None:
-        return Interval(predicted, None, None, None, extrapolation, 1 - alpha)
-    t = stdtrit(model.df_residual, 1 - alpha / 2)
-    mean, single = (np.sqrt(model.mean_square_error * (leverage + extra)) for extra in (0, 1))
-    of_mean, of_run = ((float(predicted - t * width), float(predicted + t * width)) for width in (mean, single))
-    return Interval(predicted, float(mean), of_mean, of_run, extrapolation, 1 - alpha)
-
-
-# --------------------------------------------------------------------------------------------- physical units
 def physical_coefficients(model: LinearFit, factors) -> dict[str, float]:
     """{term: coefficient} of the same equation in physical units (any polynomial up to second order)."""
     slopes = np.array([1 / factor.half_range for factor in factors])
@@ -351,21 +248,3 @@ def physical_coefficients(model: LinearFit, factors) -> dict[str, float]:
             by_indices[key] = by_indices.get(key, 0.0) + value * slopes[kept].prod() * shifts[dropped].prod()
     named = {tuple(sorted(indices)): name for name, indices in quadratic_terms(model.names).items()}
     return {named[key]: float(value) for key, value in by_indices.items()}
-
-
-def resolve_terms(text: str, terms: dict) -> list[str]:
-    """Term names from a comma-separated list (`BC,B2`, also `B*C`, `B^2`).
-
-    Raises
-    ------
-    InputError
-        If one is no term of the model.
-    """
-    chosen = []
-    for word in filter(None, (part.strip() for part in text.split(","))):
-        short = re.sub(r"[*:^]", "", word)
-        found = next((name for name in terms if name == word or re.sub(r"[*:^]", "", name) == short), None)
-        if found is None or found == INTERCEPT:
-            raise InputError(f"{word!r} is no term of the model: its terms are {', '.join(list(terms)[1:])}")
-        chosen.append(found)
-    return chosen

@@ -12,7 +12,8 @@ import numpy as np
 from pellet_study.doe import coded_box
 from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.box_search import between, lowest_and_highest, minimise
-from pellet_study.doe.linear_model import Interval, columns_of, interval
+from pellet_study.doe.intervals import Interval, interval
+from pellet_study.doe.terms import columns_of
 from pellet_study.errors import InputError
 
 RULES = {

@@ -1,4 +1,4 @@
-"""Plackett-Burman screening: the analysis of the table that was run.
+"""Two-level designs: the analysis of a screening, or of a factorial with its interactions, that was run.
 
 References
 ----------
@@ -11,24 +11,14 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pellet_study.doe.blocks import columns_of_blocks
+from pellet_study.doe.anova import anova_row, block_rows, near_zero, pure_error, type_three
+from pellet_study.doe.blocks import block_labels, columns_of_blocks
+from pellet_study.doe.confounding import confounded_with
 from pellet_study.doe.design_table import DesignTable
-from pellet_study.doe.lenth import Lenth, _unused_contrasts, lenth
-from pellet_study.doe.linear_model import (
-    CURVATURE,
-    LinearFit,
-    anova_row,
-    block_rows,
-    columns_of,
-    fit,
-    interaction_terms,
-    linear_terms,
-    near_zero,
-    press,
-    pure_error,
-    type_three,
-    variance_inflation,
-)
+from pellet_study.doe.interactions import aliases, clear_interactions
+from pellet_study.doe.lenth import Lenth, _unused_contrasts, left_over_contrasts, lenth
+from pellet_study.doe.linear_model import CURVATURE, LinearFit, fit, press, variance_inflation
+from pellet_study.doe.terms import linear_terms
 from pellet_study.errors import InputError
 
 
@@ -44,29 +34,34 @@ class Curvature:
 
 @dataclass(frozen=True)
 class Screening:
-    """What a Plackett-Burman table says.
+    """What a two-level table says.
 
     Attributes
     ----------
     table : DesignTable
     model : LinearFit
-        Main effects, the centre points absorbed by a curvature column.
+        Main effects and the two-factor interactions that the runs tell apart (see `interactions.clear_interactions`), the
+        centre points absorbed by a curvature column.
     effects : dict
-        {factor: change of the response from -1 to +1}, response unit.
+        {term: change of the response from -1 to +1}, response unit.
     sums_of_squares, contributions : dict
         Partial sums of squares, and these in percent of the total of all runs.
     p, p_adjusted : dict
-        Raw and Holm-adjusted for the number of factors; None where the design is saturated.
+        Raw and Holm-adjusted for the number of terms; None where the design is saturated.
     detectable_effects : dict
-        {factor: effect found with probability `power` at level `alpha`}, response unit; None where saturated.
+        {term: effect found with probability `power` at level `alpha`}, response unit; None where saturated.
     aliases : dict
-        {factor: {two-factor interaction: share of it that the main effect carries}}.
+        {term: {interaction not fitted: share of it that the effect carries}}, see `interactions.aliases`.
+    contrasts : dict
+        {word: contrast} of what no term has, in a complete regular design: `AC+BD`, `ABC`; response unit.
     noise_contrasts : list of float
-        Contrasts of the design's unused columns, response unit; empty where they are not known.
+        All contrasts of the design's unused columns, response unit; empty where they are not known.
+    block_confounded : dict
+        {effect: share of it that lies between the blocks}, 1 where it cannot be told from them.
     pure_error_df : int
     orthogonal : bool
     standard_error_inflation : dict
-        {factor: standard error relative to an orthogonal design with as many runs at -1 and +1}.
+        {term: standard error relative to an orthogonal design with as many runs at -1 and +1}.
     """
 
     table: DesignTable
@@ -80,7 +75,9 @@ class Screening:
     p_adjusted: dict[str, float | None]
     anova: list[dict]
     lenth: Lenth | None
+    contrasts: dict[str, float]
     noise_contrasts: list[float]
+    block_confounded: dict[str, float]
     pure_error_df: int
     curvature: Curvature | None
     detectable_effects: dict[str, float | None]
@@ -97,12 +94,17 @@ class Screening:
     def saturated(self) -> bool:
         return self.model.df_residual == 0
 
+    @property
+    def interactions(self) -> list[str]:
+        """The two-factor interactions that are fitted."""
+        return [name for name, indices in self.model.terms.items() if len(indices) == 2]
 
-def analyse(table: DesignTable, alpha: float = 0.05, power: float = 0.8) -> Screening:
+
+def analyse(table: DesignTable, alpha: float = 0.05, power: float = 0.8, interactions: bool = True) -> Screening:
     """Analyse the two-level table that was run, whatever its row order, with runs missing or replicated.
 
-    The model is y = b0 + sum b_i x_i, and a column of its own for the centre points (the curvature), so that
-    they test the straight line without moving its error; the effect of a factor is 2 b_i.
+    The model is y = b0 + sum b_i x_i + sum b_ij x_i x_j over the interactions that the runs tell apart, and a column of its
+    own for the centre points (the curvature), so that they test it without moving its error; an effect is 2 b.
 
     Parameters
     ----------
@@ -112,6 +114,8 @@ def analyse(table: DesignTable, alpha: float = 0.05, power: float = 0.8) -> Scre
         Level of the margins and of the detectable effects.
     power : float
         Probability with which a detectable effect is found; 0.8 is 4 times in 5.
+    interactions : bool
+        Whether interactions are fitted where they can be; else main effects alone.
 
     Raises
     ------
@@ -120,34 +124,40 @@ def analyse(table: DesignTable, alpha: float = 0.05, power: float = 0.8) -> Scre
         not separated by the runs.
     """
     centre = _centre_points(table)
+    coded, between = table.coded.to_numpy(), columns_of_blocks(table.blocks)
     extra = {CURVATURE: centre.astype(float)} if centre.any() else {}
-    extra |= columns_of_blocks(table.blocks)
-    model = fit(table.names, linear_terms(table.names), table.coded, table.response, extra)
+    terms = linear_terms(table.names)
+    if interactions:
+        terms |= clear_interactions(table.names, coded, centre, list(between.values()))
+    model = fit(table.names, terms, table.coded, table.response, extra, table.blocks, table.rounding_variance)
+    named = list(terms)[1:]
     sums = type_three(model)
-    factor_sums = {name: sums[name] for name in table.names}
     rows, lack_of_fit_p = _anova(table, model, sums)
-    p = {row["source"]: row["p"] for row in rows if row["source"] in factor_sums}
+    p = {row["source"]: row["p"] for row in rows if row["source"] in named}
     total = float(np.sum((model.response - model.response.mean()) ** 2))
-    effects = {name: 2 * model.coefficients[name] for name in table.names}
+    effects = {name: 2 * model.coefficients[name] for name in named}
     inflation = _inflation(model, centre)
-    noise = [] if table.blocks else _unused_contrasts(table, centre)
+    left_over = left_over_contrasts(table, centre, terms)
+    noise = list(left_over.values()) or ([] if table.blocks else _unused_contrasts(table, centre, terms))
     return Screening(
         table=table,
         model=model,
         alpha=alpha,
         power=power,
         effects=effects,
-        sums_of_squares=factor_sums,
-        contributions={name: 100 * value / total for name, value in factor_sums.items()},
+        sums_of_squares={name: sums[name] for name in named},
+        contributions={name: 100 * sums[name] / total for name in named},
         p=p,
         p_adjusted=_holm(p),
         anova=rows,
         lenth=lenth(list(effects.values()) + noise, alpha, bool(noise) or model.df_residual == 0),
+        contrasts=left_over,
         noise_contrasts=noise,
+        block_confounded=confounded_with(table.names, coded[~centre], block_labels(table.blocks, ~centre)),
         pure_error_df=pure_error(table.coded, table.response, table.blocks)[1],
         curvature=_curvature(model, rows),
         detectable_effects=_detectable(model, alpha, power),
-        aliases=aliases(table.names, table.coded.to_numpy()[~centre]),
+        aliases=aliases(table.names, coded[~centre], terms),
         orthogonal=max(inflation.values()) < 1 + 1e-9,
         standard_error_inflation=inflation,
         lack_of_fit_p=lack_of_fit_p,
@@ -182,8 +192,9 @@ def _anova(table: DesignTable, model: LinearFit, sums: dict) -> tuple[list[dict]
     corrected = float(np.sum((model.response - model.response.mean()) ** 2))
     rows, between = block_rows(table.blocks, model)
     model_ss = corrected - between - sums.get(CURVATURE, 0.0) - model.ss_residual
-    rows += [anova_row("model", model_ss, len(table.names), *error)]
-    rows += [anova_row(name, sums[name], 1, *error) for name in table.names]
+    named = list(model.terms)[1:]
+    rows += [anova_row("model", model_ss, len(named), *error)]
+    rows += [anova_row(name, sums[name], 1, *error) for name in named]
     if CURVATURE in sums:
         rows.append(anova_row(CURVATURE, sums[CURVATURE], 1, *error))
     rows.append(anova_row("residual", model.ss_residual, model.df_residual))
@@ -191,7 +202,8 @@ def _anova(table: DesignTable, model: LinearFit, sums: dict) -> tuple[list[dict]
     lack_of_fit_p = None
     if pure_df:
         lack_df = model.df_residual - pure_df
-        lack = anova_row("lack of fit", max(model.ss_residual - pure_ss, 0.0), lack_df, pure_ss / pure_df, pure_df)
+        lack_ss = max(model.ss_residual - pure_ss, 0.0) if lack_df else 0.0
+        lack = anova_row("lack of fit", lack_ss, lack_df, pure_ss / pure_df, pure_df)
         lack_of_fit_p = lack["p"]
         rows += [lack, anova_row("pure error", pure_ss, pure_df)]
     rows.append({**anova_row("total", corrected, len(model.response) - 1), "mean_square": None})
@@ -258,32 +270,7 @@ def _inflation(model: LinearFit, centre: np.ndarray) -> dict[str, float]:
     return dict(zip(list(model.terms)[1:], map(float, diagonal[1 : len(model.terms)]), strict=True))
 
 
-def aliases(names: list[str], coded) -> dict[str, dict[str, float]]:
-    r"""Alias structure with the two-factor interactions: rows of :math:`(X_1'X_1)^{-1} X_1'X_2`.
-
-    Parameters
-    ----------
-    names : list of str
-    coded : array (n_runs, n_factors)
-        The runs at -1 and +1.
-
-    Returns
-    -------
-    dict
-        {factor: {interaction: share}}, shares of 0 left out; E(b_A) = beta_A + sum share * beta_interaction.
-    """
-    pairs = interaction_terms(names)
-    if not pairs:
-        return {name: {} for name in names}
-    first, second = columns_of(coded, linear_terms(names)), columns_of(coded, pairs)
-    shares = np.linalg.lstsq(first, second, rcond=None)[0][1:]
-    return {
-        name: {pair: float(round(value, 12)) for pair, value in zip(pairs, row, strict=True) if abs(value) > 1e-9}
-        for name, row in zip(names, shares, strict=True)
-    }
-
-
 def vif(screening: Screening) -> dict[str, float]:
-    """{factor: variance inflation factor}."""
+    """{term: variance inflation factor}."""
     inflation = variance_inflation(screening.model)
-    return {name: inflation[name] for name in screening.table.names}
+    return {name: inflation[name] for name in screening.effects}

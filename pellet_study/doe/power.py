@@ -86,7 +86,7 @@ def design_power(
     matrix : ndarray (n_runs, n_terms)
         Model matrix, the terms' columns first; further columns (blocks, curvature) cost degrees of freedom.
     terms : dict
-        See `linear_model.quadratic_terms`.
+        See `terms.quadratic_terms`.
     sd : float
         Standard deviation of a run made again, response unit, above 0.
     effect : float

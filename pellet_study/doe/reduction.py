@@ -1,7 +1,7 @@
 """Reduced models of a response surface: terms left out by name or by their p values, hierarchy kept."""
 
 from pellet_study.doe.box_behnken import Surface, fit_surface
-from pellet_study.doe.linear_model import INTERCEPT
+from pellet_study.doe.terms import INTERCEPT
 from pellet_study.errors import InputError
 
 

@@ -3,9 +3,9 @@
 from pellet_study.doe.answers import plain, surface_answer
 from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.box_cox import BoxCox
-from pellet_study.doe.fitted_response import FittedResponse
 from pellet_study.doe.joint_set import JointSet
 from pellet_study.doe.selection import Selection
+from pellet_study.doe.transformation import Transformation
 
 
 def reduced_answer(surface: Surface, dropped: list[str], selection: Selection | None = None) -> dict:
@@ -16,12 +16,13 @@ def reduced_answer(surface: Surface, dropped: list[str], selection: Selection | 
     return plain({"dropped": dropped, **surface_answer(surface), "p_follow_selection": bool(dropped), **chosen})
 
 
-def transformation_answer(response: FittedResponse, box_cox: BoxCox | None, advised: str | None) -> dict | None:
-    """The power applied, and what the likelihood of the response on its own scale says of it."""
-    scale = response.transformation
+def transformation_answer(
+    name: str, scale: Transformation | None, box_cox: BoxCox | None, advised: str | None
+) -> dict | None:
+    """The power applied to a response, and what the likelihood of the response on its own scale says of it."""
     if scale is None:
         return None
-    return plain({"of": response.name, "power": scale.power, "advised": advised, "box_cox": box_cox})
+    return plain({"of": name, "power": scale.power, "advised": advised, "box_cox": box_cox})
 
 
 def joint_answer(found: JointSet) -> dict:

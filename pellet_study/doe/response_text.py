@@ -3,31 +3,41 @@
 from pellet_study.doe.box_cox import BoxCox
 from pellet_study.doe.coded_box import Extent
 from pellet_study.doe.fitted_response import FittedResponse
+from pellet_study.doe.intervals import Interval
 from pellet_study.doe.joint_set import JointSet
-from pellet_study.doe.linear_model import Interval
 from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.selection import Selection
 from pellet_study.doe.surface_text import box_cox_text
-from pellet_study.doe.text import FOLLOWS_SELECTION, between, extent_text, grid, number, percent, selection_cautions
-from pellet_study.doe.transformation import parse_transformation
+from pellet_study.doe.text import (
+    FOLLOWS_SELECTION,
+    between,
+    extent_text,
+    grid,
+    heading_of_terms,
+    number,
+    percent,
+    run_interval_text,
+    selection_cautions,
+)
+from pellet_study.doe.transformation import Transformation, parse_transformation
 
 
-def scale_text(response: FittedResponse, box_cox: BoxCox | None, advised: str | None) -> str:
-    """What Box and Cox's likelihood says of the response's scale, what was done, and what its predictions mean."""
+def scale_text(
+    name: str, scale: Transformation | None, box_cox: BoxCox | None, advised: str | None, predicted: bool = True
+) -> str:
+    """What Box and Cox's likelihood says of the scale of a response, what was done, and what its predictions mean."""
     told = (
         "Box-Cox: undefined (a response is not positive, or there is no residual)"
         if box_cox is None
         else box_cox_text(box_cox)
     )
-    scale = response.transformation
     if scale is None:
-        return f"{told}; so {response.name} is analysed as it is"
+        return f"{told}; so {name} is analysed as it is"
     by = "as advised" if advised and parse_transformation(advised) == scale else "as asked for"
     turned = ", which falls where it rises" if scale.power < 0 else ""
     return (
-        f"{told}\n{response.name} is analysed as {response.surface.table.response.name}, {by}{turned}: coefficients, ANOVA and "
-        f"residuals are on that scale; predictions and goals are taken back to {response.name}'s own unit, and are of its "
-        "median"
+        f"{told}\n{name} is analysed as {scale.name_of(name)}, {by}{turned}: coefficients, ANOVA and residuals are on that scale"
+        + (f"; predictions and goals are taken back to {name}'s own unit, and are of its median" if predicted else "")
     )
 
 
@@ -38,7 +48,7 @@ def back_transformed_text(response: FittedResponse, physical: dict[str, float], 
     if found.confidence and found.prediction:
         at = percent(found.level)
         text += f"; {at} confidence interval of the median {between(found.confidence)}"
-        text += f", {at} prediction interval of one run {between(found.prediction)}"
+        text += f", {run_interval_text(found)}"
     return text
 
 
@@ -60,15 +70,24 @@ def selection_text(found: Selection) -> str:
 def screenings_text(screenings: list[Screening]) -> str:
     """The effects of each factor on each response side by side, those significant at the screening's level starred."""
     names = [str(screening.table.response.name) for screening in screenings]
+    terms = sorted(  # a response that lacks runs may lack interactions
+        {
+            term: indices for screening in screenings for term, indices in screening.model.terms.items() if indices
+        }.items(),
+        key=lambda item: (len(item[1]), item[1]),
+    )
     rows = []
-    for factor in screenings[0].table.names:
+    for term, _ in terms:
         cells = []
         for screening in screenings:
-            p = screening.p[factor]
-            cells.append(number(screening.effects[factor]) + ("*" if p is not None and p < screening.alpha else " "))
-        rows.append([factor, *cells])
+            p = screening.p.get(term)
+            star = "*" if p is not None and p < screening.alpha else " "
+            cells.append(number(screening.effects.get(term)) + star)
+        rows.append([term, *cells])
     level = f"{screenings[0].alpha:g}"
-    return f"effects from -1 to +1 on each response (* p below {level})\n" + grid(["factor", *names], rows)
+    return f"effects from -1 to +1 on each response (* p below {level})\n" + grid(
+        [heading_of_terms(screenings[0]), *names], rows
+    )
 
 
 def joint_text(found: JointSet) -> str:

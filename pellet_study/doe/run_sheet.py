@@ -3,7 +3,7 @@
 import errno
 import io
 import os
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -11,6 +11,7 @@ import pandas as pd
 
 from pellet_study.doe.blocking import inflation
 from pellet_study.doe.columns import STANDARD_ORDER
+from pellet_study.doe.confounding import confounded_with
 from pellet_study.doe.factors import Factor, physical_design
 from pellet_study.errors import InputError
 from pellet_study.files import writing
@@ -39,6 +40,8 @@ class RunSheet:
     n_blocks : int
     worst_inflation : float
         Of the standard errors by the blocks: 1 where they are orthogonal, inf where a term is lost in them.
+    confounded : dict
+        {effect: share of it that lies between the blocks} of a two-level design, see `confounding.block_confounding`.
     """
 
     frame: pd.DataFrame
@@ -47,6 +50,7 @@ class RunSheet:
     seed: int
     n_blocks: int = 1
     worst_inflation: float = 1.0
+    confounded: dict[str, float] = field(default_factory=dict)
 
     @property
     def orthogonal_blocks(self) -> bool:
@@ -116,7 +120,8 @@ def run_sheet(
     for name in responses:
         frame[name] = ""
     worst = float(inflation(model_matrix, blocks).max()) if n_blocks > 1 and model_matrix is not None else 1.0
-    return RunSheet(frame, list(factors), np.asarray(coded)[order], used, n_blocks, worst)
+    mixed = confounded_with([factor.name for factor in factors], coded, blocks)
+    return RunSheet(frame, list(factors), np.asarray(coded)[order], used, n_blocks, worst, mixed)
 
 
 def write_sheet(frame: pd.DataFrame, path: Path) -> None:

@@ -13,8 +13,10 @@ from itertools import combinations, combinations_with_replacement
 import numpy as np
 
 from pellet_study.doe.augment import confounded
-from pellet_study.doe.linear_model import columns_of, interaction_terms, linear_terms, quadratic_terms
+from pellet_study.doe.confounding import confounded_with
+from pellet_study.doe.interactions import alias_shares
 from pellet_study.doe.published_designs import recognise
+from pellet_study.doe.terms import columns_of, interaction_terms, linear_terms, quadratic_terms
 from pellet_study.errors import InputError
 
 MODELS = ("main", "interactions", "quadratic")
@@ -51,6 +53,8 @@ class Score:
         {term: standard error of its coefficient over the standard deviation of a run}.
     aliases : dict
         {term: {term of next higher order: share that its coefficient carries}}, shares of 0 left out.
+    block_confounded : dict
+        {effect: share of it that lies between the blocks} of a two-level design, 1 where it cannot be told from them.
     """
 
     kind: str
@@ -69,6 +73,7 @@ class Score:
     vif: dict[str, float]
     relative_se: dict[str, float]
     aliases: dict[str, dict[str, float]]
+    block_confounded: dict[str, float]
 
 
 def model_terms(names: list[str], model: str) -> dict[str, tuple[int, ...]]:
@@ -113,14 +118,16 @@ def score(names: list[str], coded, model: str, blocks=None, centre=None) -> Scor
     full = np.column_stack([matrix, extra]) if extra is not None else matrix
     mixed = confounded(full, [*terms, *(f"block {i + 2}" for i in range(full.shape[1] - size))])
     distinct = len(np.unique(np.column_stack([coded.round(6), *([extra] if extra is not None else [])]), axis=0))
+    centred = coded if centre is None else np.where(np.asarray(centre)[:, None], 0.0, coded)
     common = {
-        "kind": recognise(coded if centre is None else np.where(np.asarray(centre)[:, None], 0.0, coded)),
+        "kind": recognise(centred),
         "model": model,
         "runs": runs,
         "terms": size,
         "df_residual": max(0, runs - int(np.linalg.matrix_rank(full))),
         "pure_error_df": runs - distinct,
         "confounded": mixed,
+        "block_confounded": confounded_with(names, centred, blocks),
     }
     if mixed:
         nothing = dict.fromkeys(("d_efficiency", "a_efficiency", "g_efficiency", "average_variance", "max_variance"))
@@ -181,10 +188,4 @@ def _aliases(names: list[str], coded: np.ndarray, terms: dict, model: str) -> di
         higher = {sign.join(names[i] for i in indices): indices for indices in triples}
     if not higher:
         return {}
-    first, second = columns_of(coded, terms), columns_of(coded, higher)
-    shares = np.linalg.lstsq(first, second, rcond=None)[0]
-    return {
-        name: {other: float(round(value, 12)) for other, value in zip(higher, row, strict=True) if abs(value) > 1e-9}
-        for name, row in zip(terms, shares, strict=True)
-        if terms[name]
-    }
+    return alias_shares(coded, terms, higher)

@@ -1,18 +1,21 @@
 """The analysis of a screening in words and tables."""
 
 from collections.abc import Sequence
+from math import prod
 
 from pellet_study.doe.cautions import screening_cautions
-from pellet_study.doe.linear_model import interaction_terms
 from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.published_designs import design_of
+from pellet_study.doe.terms import interaction_terms
 from pellet_study.doe.text import (
     EQUAL_REPLICATES,
     SATURATED,
     anova_text,
+    block_confounding_text,
     exactly_equal,
     grid,
     head,
+    heading_of_terms,
     loss,
     no_replicates,
     number,
@@ -24,13 +27,14 @@ from pellet_study.doe.text import (
 
 
 def screening_text(screening: Screening) -> str:
-    """The analysis of a Plackett-Burman table."""
+    """The analysis of a two-level table."""
     s = screening
     order = sorted(s.effects, key=lambda name: -abs(s.effects[name]))
+    least = 1e-12 * abs(s.model.response).max()  # below it an effect is the rounding of its computation
     rows = [
         [
             name,
-            number(s.effects[name]),
+            number(s.effects[name] if abs(s.effects[name]) > least else 0.0),
             number(s.sums_of_squares[name], 6),
             f"{s.contributions[name]:.2f}",
             probability(s.p[name]),
@@ -40,7 +44,7 @@ def screening_text(screening: Screening) -> str:
         for name in order
     ]
     header = [
-        "factor",
+        heading_of_terms(s),
         "effect",
         "sum of squares",
         "contribution %",
@@ -49,26 +53,48 @@ def screening_text(screening: Screening) -> str:
         f"found {100 * s.power:.0f} %",
     ]
     parts = [
-        head(s, "Full factorial" if design_of(s.table).startswith("full") else "Plackett-Burman"),
+        head(s, _kind(s)),
         grid(header, rows) + f"\n(last column: the smallest effect this design finds with probability {s.power:g})",
         anova_text(s.anova),
         summary_line(s),
+        _lenth_text(s, order),
     ]
-    if s.lenth:
-        parts.append(
-            f"Lenth, {s.lenth.contrasts} contrasts: pseudo standard error "
-            f"{number(s.lenth.pseudo_standard_error)}, {percent(1 - s.alpha)} margin of error {number(s.lenth.margin_of_error)}, "
-            f"simultaneous {number(s.lenth.simultaneous_margin_of_error)}; beyond the margin: "
-            f"{', '.join(n for n in order if abs(s.effects[n]) > s.lenth.margin_of_error) or 'none'}"
-            f"{sparsity(s.lenth)}"
-        )
     if s.curvature:
         parts.append(
-            f"curvature: centre points minus the straight line {s.curvature.estimate:+.5g}, F "
+            f"curvature: centre points minus the {'model' if s.interactions else 'straight line'} {s.curvature.estimate:+.5g}, F "
             f"{number(s.curvature.f)}, p {probability(s.curvature.p)}"
         )
-    parts.append(_alias_text(s))
-    return "\n\n".join(parts)
+    parts += [block_confounding_text(s.block_confounded, s.effects), _alias_text(s)]
+    return "\n\n".join(filter(None, parts))
+
+
+def _kind(screening: Screening) -> str:
+    """What the analysis is of."""
+    if design_of(screening.table).startswith("full"):
+        return "Full factorial"
+    if screening.contrasts:
+        return "Fractional factorial"
+    return "Two-level design" if screening.interactions else "Plackett-Burman"
+
+
+def _lenth_text(screening: Screening, order: list[str]) -> str:
+    """Lenth's margins, what lies beyond them, and the contrasts that no term has."""
+    if not screening.lenth:
+        return ""
+    lenth, margin = screening.lenth, screening.lenth.margin_of_error
+    beyond = [name for name in order if abs(screening.effects[name]) > margin]
+    left_over = sorted(screening.contrasts.items(), key=lambda item: -abs(item[1]))
+    beyond += [f"{word} ({value:.4g})" for word, value in left_over if abs(value) > margin]
+    text = (
+        f"Lenth, {lenth.contrasts} contrasts: pseudo standard error {number(lenth.pseudo_standard_error)}, "
+        f"{percent(1 - screening.alpha)} margin of error {number(margin)}, simultaneous "
+        f"{number(lenth.simultaneous_margin_of_error)}; beyond the margin: {', '.join(beyond) or 'none'}{sparsity(lenth)}"
+    )
+    if left_over:
+        words = ", ".join(f"{word} {value:.4g}" for word, value in left_over[:MOST_CONTRASTS])
+        more = f" and {len(left_over) - MOST_CONTRASTS} smaller" if len(left_over) > MOST_CONTRASTS else ""
+        text += f"\ncontrasts that no term above has, as effects (they make the residual): {words}{more}"
+    return text
 
 
 MANY_INTERACTIONS = 28
@@ -76,30 +102,38 @@ MANY_INTERACTIONS = 28
 
 MOST_ALIASES = 6
 """Interactions named of each main effect."""
+MOST_CONTRASTS = 8
+"""Left-over contrasts that are spelt out, the largest first."""
 
 
 def _alias_text(screening: Screening) -> str:
-    """Each main effect with the two-factor interactions it carries."""
+    """Each effect with the interactions it carries."""
     names = screening.table.names
+    size = "interactions that are not fitted" if screening.interactions else "two-factor interactions"
+    carried = {name: shares for name, shares in screening.aliases.items() if shares}
+    if screening.interactions and not carried:
+        order = "two- and three-factor interactions" if len(names) > 2 else "interactions"
+        return f"aliases: no effect carries another; all {order} are told apart or left to the blocks"
     if len(names) * (len(names) - 1) / 2 > MANY_INTERACTIONS:
         shares = [abs(share) for found in screening.aliases.values() for share in found.values()]
         most = max(len(found) for found in screening.aliases.values())
-        return (
-            f"aliases: each effect carries up to {most} two-factor interactions, shares up to "
-            f"{max(shares, default=0):.3g}"
-        )
-    lines = ["aliases: each effect also carries these shares of two-factor interactions"]
+        return f"aliases: each effect carries up to {most} {size}, shares up to {max(shares, default=0):.3g}"
+    lines = [f"aliases: each effect also carries these shares of {size}"]
     if max(map(len, screening.aliases.values())) > MOST_ALIASES:
         lines[0] += f" ({MOST_ALIASES} of each, those of the factors with the largest effects; --json has all)"
-    return "\n".join([*lines, *(f"  {name}: {_alias_words(screening, name)}" for name in names)])
+    return "\n".join([*lines, *(f"  {name}: {_alias_words(screening, name)}" for name in screening.aliases)])
 
 
 def _alias_words(screening: Screening, name: str) -> str:
     """The interactions that one effect carries, by their shares; of many those whose own factors act most."""
-    sizes = [abs(effect) for effect in screening.effects.values()]
-    parents = interaction_terms(screening.table.names)
+    names = screening.table.names
+    parents = interaction_terms(names)
     of_pairs = screening.aliases[name]
-    told = sorted(of_pairs, key=lambda pair: -sizes[parents[pair][0]] * sizes[parents[pair][1]])[:MOST_ALIASES]
+
+    def size(pair: str) -> float:  # 0 of more than two factors
+        return prod(abs(screening.effects[names[place]]) for place in parents[pair]) if pair in parents else 0.0
+
+    told = sorted(of_pairs, key=size, reverse=True)[:MOST_ALIASES]
     groups: dict[str, list[str]] = {}
     for pair in filter(told.__contains__, of_pairs):
         groups.setdefault(f"{of_pairs[pair]:+.3g}", []).append(pair)

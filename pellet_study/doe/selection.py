@@ -13,8 +13,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from pellet_study.doe.box_behnken import Surface
-from pellet_study.doe.linear_model import INTERCEPT
 from pellet_study.doe.reduction import without
+from pellet_study.doe.terms import INTERCEPT
 from pellet_study.errors import InputError
 
 Terms = dict[str, tuple[int, ...]]

@@ -12,8 +12,10 @@ import numpy as np
 import pandas as pd
 
 from pellet_study.doe.factors import Factor, factor_meant, rounded
-from pellet_study.doe.linear_model import LinearFit, fit, interval, linear_terms
+from pellet_study.doe.intervals import interval
+from pellet_study.doe.linear_model import LinearFit, fit
 from pellet_study.doe.plackett_burman import Screening
+from pellet_study.doe.terms import linear_terms
 from pellet_study.errors import InputError
 
 
@@ -72,12 +74,24 @@ def first_order_model(screening: Screening, names: list[str] | None = None) -> t
             f"{categorical[0].name!r} is categorical, so there is no path along it: leave it out of --climb-factors and "
             "run the path at its better level"
         )
-    model = fit(names, linear_terms(names), table.coded[names], table.response, screening.model.extra)
+    model = fit(names, linear_terms(names), table.coded[names], table.response, screening.model.extra, table.blocks)
     return model, [factor for name in names for factor in table.factors if factor.name == name]
 
 
 def significant(screening: Screening) -> list[str]:
-    """Factors significant at the screening's level; beyond Lenth's margin where the design is saturated."""
+    """Factors whose main effect is significant at the screening's level."""
+    return [name for name in significant_terms(screening) if name in screening.table.names]
+
+
+def acting(screening: Screening) -> list[str]:
+    """Factors that stand in any significant term."""
+    terms, names = screening.model.terms, screening.table.names
+    places = {i for name in significant_terms(screening) for i in terms[name]}
+    return [name for i, name in enumerate(names) if i in places]
+
+
+def significant_terms(screening: Screening) -> list[str]:
+    """Terms significant at the screening's level; beyond Lenth's margin where the design is saturated."""
     if screening.saturated:
         margin = screening.lenth.margin_of_error if screening.lenth else np.inf
         return [name for name, effect in screening.effects.items() if abs(effect) > margin]

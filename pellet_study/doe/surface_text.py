@@ -107,7 +107,8 @@ def surface_warnings(surface: Surface) -> list[str]:
             f"{SATURATED}; judge the effects by Lenth's margin and a half-normal plot, or leave terms out with --drop"
         )
     if not surface.orthogonal:
-        found.append(loss(surface.standard_error_inflation, "if it were orthogonal to the other terms"))
+        every = {name: value**0.5 for name, value in surface.vif.items()}  # the squares too
+        found.append(loss(every, "if it were orthogonal to the other terms"))
     if exactly_equal(surface):
         found.append(EQUAL_REPLICATES)
     if not surface.pure_error_df:

@@ -1,15 +1,18 @@
 """What the words about every analysis share: numbers, tables, equations, predictions; nothing is computed here."""
 
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 
+from pellet_study.doe.anova import pure_error
 from pellet_study.doe.blocks import offsets
 from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.coded_box import Extent
+from pellet_study.doe.confounding import hidden
 from pellet_study.doe.fitted_response import FittedResponse
+from pellet_study.doe.intervals import Interval
 from pellet_study.doe.lenth import Lenth
-from pellet_study.doe.linear_model import INTERCEPT, Interval, pure_error
 from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.published_designs import UNKNOWN, design_of
+from pellet_study.doe.terms import INTERCEPT
 
 
 def number(value, digits: int = 5) -> str:
@@ -130,6 +133,36 @@ EQUAL_REPLICATES = (
 )
 
 
+MANY_CONFOUNDED = 6
+"""Effects mixed in part with blocks that are spelt out; of more their number and largest share is said."""
+
+
+def block_confounding_text(confounded: dict[str, float], fitted: Collection[str] = ()) -> str:
+    """What the blocks are mixed with; empty where nothing is known to be. Centre runs may have let some be `fitted` all the same."""
+    if not confounded:
+        return ""
+    whole = hidden(confounded)
+    by_centre = [name for name in whole if name in fitted]
+    part = {name: share for name, share in confounded.items() if name not in whole}
+    lines = []
+    if whole:
+        lines.append(
+            f"the blocks are confounded with {', '.join(whole)}: a difference between blocks cannot be told from such an effect"
+            + (f"; of {', '.join(by_centre)} the centre runs alone tell it" if by_centre else "")
+        )
+    if part and len(part) <= MANY_CONFOUNDED:
+        words = ", ".join(f"{name} {share:.3g}" for name, share in part.items())
+        lines.append(f"shares that lie between the blocks: {words}")
+    elif part:
+        lines.append(f"{len(part)} effects lie between the blocks in part, with shares up to {max(part.values()):.3g}")
+    return "\n".join(lines)
+
+
+def heading_of_terms(screening: Screening) -> str:
+    """The heading of a column of effects."""
+    return "term" if screening.interactions else "factor"
+
+
 def exactly_equal(analysis: Screening | Surface) -> bool:
     """Whether there are replicates, and no difference within them."""
     return any(row["source"] == "pure error" and row["sum_of_squares"] == 0 for row in analysis.anova)
@@ -182,7 +215,21 @@ def prediction_text(physical: dict[str, float], found: Interval) -> str:
     if found.confidence:
         text += (
             f"; {percent(found.level)} confidence interval of the mean {number(found.confidence[0])} to "
-            f"{number(found.confidence[1])}, {percent(found.level)} prediction interval of one run {number(found.prediction[0])} to "
-            f"{number(found.prediction[1])}"
+            f"{number(found.confidence[1])}, {run_interval_text(found)}"
         )
     return text
+
+
+def run_interval_text(found: Interval) -> str:
+    """The prediction interval of one run; of runs made in blocks, of one in a new block and of one in those run."""
+    low, high = found.prediction
+    words = f"{percent(found.level)} prediction interval of one run {number(low)} to {number(high)}"
+    if not found.block_scatter:
+        return words
+    words = words.replace("of one run", "of one run in a new block")
+    between = ", ".join(
+        f"{one.name}: sd {one.variance**0.5:.3g} from {one.n_blocks} blocks, {one.df} degree{'s' if one.df > 1 else ''} of freedom"
+        for one in found.block_scatter
+    )
+    low, high = found.within_block
+    return f"{words} (the scatter between blocks included, {between}), in an average one of those run {number(low)} to {number(high)}"

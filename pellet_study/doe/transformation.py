@@ -81,7 +81,11 @@ class Transformation:
                 "response with a constant added to every run"
             )
         name = self.name_of(str(table.response.name))
-        return replace(table, response=pd.Series(values, index=table.response.index, name=name))
+        slopes = self.slope_back(values)
+        steps = 1 / np.where(slopes, slopes, np.inf)  # of the transformed response to one of the response
+        rounding = float(table.rounding_variance * np.mean(steps**2))
+        response = pd.Series(values, index=table.response.index, name=name)
+        return replace(table, response=response, rounding=rounding)
 
 
 def parse_transformation(word: str) -> Transformation:

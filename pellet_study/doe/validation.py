@@ -189,12 +189,18 @@ def within_limits(values, accepted: tuple[float, float], alpha: float = 0.05) ->
 
 @dataclass(frozen=True)
 class BesidePrediction:
-    """How many of n runs lie in the interval, at `level`, that the fit predicts of one run at their setting."""
+    """How many of n runs lie in the interval, at `level`, that the fit predicts of one run at their setting.
+
+    Where the fit was made in blocks, `mean` is that of the runs and `of_mean` the interval predicted of it, all of them in
+    one new block: they share its level, so that only their mean can contradict the fit.
+    """
 
     inside: int
     n: int
     prediction: tuple[float, float]
     level: float
+    mean: float | None = None
+    of_mean: tuple[float, float] | None = None
 
     @property
     def p(self) -> float:
@@ -205,14 +211,19 @@ class BesidePrediction:
 
     @property
     def contradicted(self) -> bool:
-        """Whether so few are improbable at 1 - level."""
+        """Whether so few are improbable at 1 - level; of a fit in blocks, whether the mean lies beyond its interval."""
+        if self.mean is not None and self.of_mean is not None:
+            return not self.of_mean[0] <= self.mean <= self.of_mean[1]
         return self.p < (1 - self.level) * (1 + 1e-9)
 
 
-def beside_prediction(values, prediction: tuple[float, float], level: float) -> BesidePrediction:
-    """Runs (n,) beside the prediction interval of one run, in the response's unit."""
+def beside_prediction(
+    values, prediction: tuple[float, float], level: float, mean=None, of_mean: tuple[float, float] | None = None
+) -> BesidePrediction:
+    """Runs (n,) beside the prediction interval of one run, and their mean beside its own, in the response's unit."""
     low, high = prediction
-    return BesidePrediction(sum(low <= value <= high for value in values), len(values), prediction, level)
+    inside = sum(low <= value <= high for value in values)
+    return BesidePrediction(inside, len(values), prediction, level, mean, of_mean)
 
 
 def _welch(runs: Sample, target: Sample) -> tuple[float, float]:

@@ -59,13 +59,27 @@ def together_text(shown: dict[str, bool], untested: list[str], alpha: float) -> 
 def beside_prediction_text(found: BesidePrediction) -> str:
     """The single runs beside what was predicted of them."""
     low, high = map(number, found.prediction)
-    return f"  {found.inside} of {found.n} runs lie in the {percent(found.level)} prediction interval of one run, {low} to {high}"
+    level, new = percent(found.level), " in a new block" if found.of_mean else ""
+    text = f"  {found.inside} of {found.n} runs lie in the {level} prediction interval of one run{new}, {low} to {high}"
+    if found.of_mean:
+        low, high = map(number, found.of_mean)
+        lies = "lies beyond" if found.contradicted else "lies in"
+        text += (
+            f"\n  their mean {number(found.mean)} {lies} the {level} prediction interval of it, {low} to {high}: all of them taken "
+            "as made in one new block, with the scatter between blocks"
+        )
+    return text
 
 
 def contradicted_text(found: BesidePrediction) -> str:
     """What to do where too few runs do."""
+    what = (
+        f"the mean of the {found.n} validation runs lies beyond what the model predicts of it in a new block ({percent(found.level)})"
+        if found.of_mean
+        else f"{found.inside} of {found.n} validation runs lie where the model predicts {percent(found.level)} of them (p "
+        f"{probability(found.p)})"
+    )
     return (
-        f"{found.inside} of {found.n} validation runs lie where the model predicts {percent(found.level)} of them (p "
-        f"{probability(found.p)}): whatever the tests say, it does not hold at this setting, or something has changed since its "
+        f"{what}: whatever the tests say, it does not hold at this setting, or something has changed since its "
         "runs; repeat a run of the design to see which, and do not predict with it before"
     )

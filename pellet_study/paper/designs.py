@@ -50,7 +50,7 @@ def surface_table(b_reversed: bool = True) -> DesignTable:
 @cache
 def screening() -> plackett_burman.Screening:
     """The analysis of Table 7."""
-    return plackett_burman.analyse(screening_table())
+    return plackett_burman.analyse(screening_table(), interactions=False)
 
 
 @cache

@@ -150,7 +150,7 @@ def screen(heaps: Heaps, results: Results) -> tuple[pd.DataFrame, Uphill]:
     screened = heaps.at("screening", [point_at(plan.factors, row) for row in coded])
     results.write_table("path", "runs", screened)
     good = heaps.good(screened, "screening", len(plan.factors) + 2)
-    path = uphill(plackett_burman.analyse(table_of(good, plan.factors)), plan)
+    path = uphill(plackett_burman.analyse(table_of(good, plan.factors), interactions=False), plan)
     names = ", ".join(f.name for f in path.factors)
     heaps.say(f"path: the three largest effects are those of {names}; {FEWEST} to {MOST} heaps ...")
     return screened, path

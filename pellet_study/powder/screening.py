@@ -22,7 +22,7 @@ def screen(heaps: Heaps, results: Results) -> tuple[Screening, plackett_burman.S
     results.write_table("screening", "runs", runs)
     terms = 1 + len(factors) + (sizes.centre_points > 0)  # mean, factors, curvature
     good = heaps.good(runs, "screening", terms + 1)  # one more, or nothing tells their scatter
-    found = plackett_burman.analyse(table_of(good, factors))
+    found = plackett_burman.analyse(table_of(good, factors), interactions=False)
     errors = {name: 2 * error for name, error in errors_of(found.model).items() if name in found.effects}
     results.write_table("screening", "effects", effects_table(heaps.plan, found, errors))
     decision = Screening(

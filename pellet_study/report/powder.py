@@ -94,7 +94,7 @@ def _screening(folder: Path, measured: Measured) -> Stage:
     decision: Screening = read_decision(folder, "screening")
     names = [name for name in SYMBOLS if name in good]
     factors = [Factor(n, float(good[n].min()), float(good[n].max()), UNITS.get(n, "-")) for n in names]
-    found = plackett_burman.analyse(table_of(good, factors))
+    found = plackett_burman.analyse(table_of(good, factors), interactions=False)
     return Stage(
         kind="screening",
         heading="Powder: screening",

@@ -13,7 +13,7 @@ import pytest
 from pellet_study.doe import box_behnken, reduction
 from pellet_study.doe.design_table import code_design
 from pellet_study.doe.factors import Factor
-from pellet_study.doe.linear_model import interval
+from pellet_study.doe.intervals import interval
 from pellet_study.errors import InputError
 
 EDGES = [

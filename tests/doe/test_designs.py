@@ -12,11 +12,11 @@ from pellet_study.doe.box_behnken import coded_matrix as surface_matrix
 from pellet_study.doe.categorical import analyse_levels
 from pellet_study.doe.composite import composite_matrix, cube
 from pellet_study.doe.fold_over import fold_over, resolution
-from pellet_study.doe.linear_model import columns_of, linear_terms, quadratic_terms
 from pellet_study.doe.power import design_power, power_of, screening_runs
 from pellet_study.doe.repair import repair
 from pellet_study.doe.score import model_terms, score
 from pellet_study.doe.screening_designs import coded_matrix
+from pellet_study.doe.terms import columns_of, linear_terms, quadratic_terms
 from pellet_study.errors import InputError
 
 A_TO_G = list("ABCDEFG")

@@ -7,8 +7,8 @@ import pytest
 from pellet_study.doe import box_behnken
 from pellet_study.doe.design_table import code_design
 from pellet_study.doe.factors import Factor
-from pellet_study.doe.linear_model import columns_of
 from pellet_study.doe.optimum import target_set
+from pellet_study.doe.terms import columns_of
 from pellet_study.errors import InputError
 
 

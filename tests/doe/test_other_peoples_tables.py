@@ -139,9 +139,9 @@ def test_such_a_mark_is_no_level(tmp_path, capsys):
 
 
 def test_plus_and_minus_as_levels(tmp_path):
-    """2^2 with the responses 1, 3, 7, 9: effects 2 and 6."""
+    """2^2 with the responses 1, 3, 7, 9: effects 2, 6 and no interaction."""
     found = answer(tmp_path, "A,B,y\n-,-,1\n+,-,3\n−,+,7\n+,+,9\n", command="pb")
-    assert found["effects"] == pytest.approx({"A": 2, "B": 6})
+    assert found["effects"] == pytest.approx({"A": 2, "B": 6, "AB": 0})
 
 
 def test_units_in_the_header_and_options_by_the_bare_name(tmp_path):

@@ -21,6 +21,8 @@ from pellet_study.doe import lenth as lenth_module
 from pellet_study.doe import plackett_burman, screening_designs
 from pellet_study.doe.design_table import code_design
 from pellet_study.doe.factors import Factor
+from pellet_study.doe.interactions import aliases
+from pellet_study.doe.terms import linear_terms
 from pellet_study.errors import InputError
 from pellet_study.paper.printed import table
 
@@ -173,7 +175,7 @@ def test_lenth_leaves_out_what_exceeds_two_and_a_half_times_the_first_estimate()
 def test_lenth_uses_the_unused_columns_of_the_design():
     """The sums of squares of the completing columns add up to the residual."""
     table_ = code_design(cast_fatigue())
-    contrasts = lenth_module._unused_contrasts(table_, np.zeros(12, bool))
+    contrasts = lenth_module._unused_contrasts(table_, np.zeros(12, bool), linear_terms(table_.names))
     screening = plackett_burman.analyse(table_)
     assert len(contrasts) == 4 and screening.lenth.contrasts == 11
     assert 3 * np.sum(np.square(contrasts)) == pytest.approx(screening.model.ss_residual)
@@ -183,14 +185,14 @@ def test_lenth_uses_the_unused_columns_of_the_design():
 def test_aliases_of_eleven_factors_are_none_or_one_third():
     """Plackett and Burman's 12 runs: an interaction is spread over the factors not in it, a third to each."""
     names = list("ABCDEFGHIJK")
-    found = plackett_burman.aliases(names, screening_designs.coded_matrix(11))
+    found = aliases(names, screening_designs.coded_matrix(11))
     for name, shares in found.items():
         assert len(shares) == 45 and not any(name in pair for pair in shares)
         assert np.allclose(np.abs(list(shares.values())), 1 / 3)
 
 
 def test_aliases_of_eight_runs_are_complete():
-    found = plackett_burman.aliases(list("ABCDEFG"), screening_designs.coded_matrix(7, 8))
+    found = aliases(list("ABCDEFG"), screening_designs.coded_matrix(7, 8))
     assert all(abs(share) == 1 and len(shares) == 3 for shares in found.values() for share in shares.values())
 
 

@@ -13,8 +13,8 @@ from pellet_study.doe.box_behnken import coded_matrix
 from pellet_study.doe.cautions import level_cautions
 from pellet_study.doe.composite import axial_distance, composite_matrix, cube
 from pellet_study.doe.design_table import code_design
-from pellet_study.doe.linear_model import columns_of, quadratic_terms
 from pellet_study.doe.published_designs import box_behnken_blocks, box_behnken_matrix, misplaced_level, recognise
+from pellet_study.doe.terms import columns_of, quadratic_terms
 from pellet_study.errors import InputError
 
 # Box and Behnken (1960): factors, runs without centre points, runs in which a factor is varied

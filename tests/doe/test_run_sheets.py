@@ -75,7 +75,8 @@ def test_a_filled_screening_is_read_back_in_any_order(ending, tmp_path, capsys):
 
     fill(sheet, response)
     answer = answered("pb", sheet, "--block", "block", "--factor", "B=0.9,0.82", "--factor", "C=old,new", tmp_path=tmp_path)  # fmt: skip
-    assert list(answer["effects"].values()) == pytest.approx([6, -4, 2], abs=0.02)
+    expected = {"A (C)": 6, "B": -4, "C": 2} | dict.fromkeys(("A (C)*B", "A (C)*C", "B*C"), 0)
+    assert answer["effects"] == pytest.approx(expected, abs=0.02)
     assert [f["levels"] for f in answer["factors"]] == [[], [], ["old", "new"]]
     assert answer["curvature"]["estimate"] == pytest.approx(0, abs=0.02)
 

@@ -13,8 +13,8 @@ from pellet_study.__main__ import main
 from pellet_study.doe import box_behnken, reduction
 from pellet_study.doe.blocks import Block
 from pellet_study.doe.design_table import code_design
-from pellet_study.doe.linear_model import columns_of, quadratic_terms
 from pellet_study.doe.selection import aicc, select_by_aicc
+from pellet_study.doe.terms import columns_of, quadratic_terms
 from pellet_study.errors import InputError
 from tests.helpers.published_designs import worsted_yarn
 

@@ -10,7 +10,7 @@ import pytest
 from pellet_study.__main__ import main
 from pellet_study.doe import box_behnken, screening_designs
 from pellet_study.doe.factors import factors_meant
-from pellet_study.doe.linear_model import columns_of, quadratic_terms
+from pellet_study.doe.terms import columns_of, quadratic_terms
 from pellet_study.errors import InputError
 
 HEADINGS = (
@@ -52,7 +52,7 @@ def test_run_numbers_are_known_by_their_headings(tmp_path, capsys, heading, numb
     frame = screening()
     order = np.random.default_rng(1).permutation(len(frame)) + 1
     frame.insert(0, heading, [numbered.format(k) for k in order])
-    found = answer(tmp_path, frame, "pb")
+    found = answer(tmp_path, frame, "pb", "--main-effects")
     assert set(found["effects"]) == set("ABC") and found["effects"]["A"] == pytest.approx(6, abs=0.2)
     reason = "order of the runs" if heading == "Run #" else "number of the run"
     assert f"left out: {heading} ({reason}" in capsys.readouterr().err
@@ -85,7 +85,7 @@ def test_a_factor_named_like_a_number_stays_one(tmp_path):
     """Nitrogen at two levels; a response of whole numbers in a row in the last column."""
     frame = screening().rename(columns={"A": "N", "C": "step"})
     frame["y"] = np.argsort(np.argsort(frame["y"])) + 1
-    assert set(answer(tmp_path, frame, "pb")["effects"]) == {"N", "B", "step"}
+    assert set(answer(tmp_path, frame, "pb", "--main-effects")["effects"]) == {"N", "B", "step"}
 
 
 @pytest.mark.parametrize(

@@ -11,7 +11,7 @@ from pellet_study.__main__ import main
 from pellet_study.doe import box_behnken, reduction
 from pellet_study.doe.box_cox import BoxCox
 from pellet_study.doe.design_table import code_design
-from pellet_study.doe.linear_model import columns_of
+from pellet_study.doe.terms import columns_of
 from pellet_study.doe.transformation import Transformation, advised, parse_transformation
 from pellet_study.errors import InputError
 from tests.helpers.published_designs import worsted_yarn

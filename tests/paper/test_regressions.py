@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from pellet_study.doe import box_behnken, plackett_burman, screening_designs
-from pellet_study.doe.linear_model import interval
+from pellet_study.doe.intervals import interval
 from pellet_study.doe.optimum import target_set
 from pellet_study.paper import designs
 from pellet_study.paper.printed import table

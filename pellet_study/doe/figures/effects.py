@@ -47,7 +47,7 @@ def pareto(screening: Screening, unit: str = "", ax=None):
     axes.set_xlabel(
         folded(shown(with_unit("size of the effect (change from -1 to +1)", unit)), letters_in(width - 2.4))
     )
-    axes.set_ylabel("factor")
+    axes.set_ylabel("term" if screening.interactions else "factor")
     axes.margins(x=0.12)
     return figure
 

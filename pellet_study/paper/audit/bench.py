@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 
-from pellet_study.doe.linear_model import interval
+from pellet_study.doe.intervals import interval
 from pellet_study.paper import designs
 from pellet_study.paper.printed import printed_text, table, tables
 from pellet_study.paper.verdicts import DATA_MISSING, LEVEL, Item, compare, half_last_digit, judged

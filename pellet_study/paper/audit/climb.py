@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from pellet_study.doe.linear_model import interval
+from pellet_study.doe.intervals import interval
 from pellet_study.doe.steepest_climb import first_order_model
 from pellet_study.paper import designs
 from pellet_study.paper.designs import implied_angles

@@ -4,7 +4,7 @@ from itertools import product
 
 import numpy as np
 
-from pellet_study.doe.linear_model import interval
+from pellet_study.doe.intervals import interval
 from pellet_study.doe.optimum import target_set
 from pellet_study.paper import designs
 from pellet_study.paper.designs import implied_angles

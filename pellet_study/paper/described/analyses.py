@@ -6,19 +6,13 @@ from itertools import permutations
 import numpy as np
 
 from pellet_study.doe import box_behnken, plackett_burman
+from pellet_study.doe.anova import anova_row
 from pellet_study.doe.blocks import columns_of_blocks
 from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.design_table import DesignTable, read_design
-from pellet_study.doe.linear_model import (
-    INTERCEPT,
-    LinearFit,
-    anova_row,
-    interaction_terms,
-    linear_terms,
-    quadratic_terms,
-    resolve_terms,
-)
+from pellet_study.doe.linear_model import LinearFit
 from pellet_study.doe.plackett_burman import Screening
+from pellet_study.doe.terms import INTERCEPT, interaction_terms, linear_terms, quadratic_terms, resolve_terms
 from pellet_study.paper.described.description import Analysis
 from pellet_study.paper.verdicts import LEVEL
 
@@ -42,7 +36,7 @@ def fitted(analysis: Analysis, table: DesignTable) -> Fit:
         If the runs do not support the model, or a term to drop is none of it.
     """
     if analysis.model == "first order" and analysis.centre_points == "curvature":
-        return plackett_burman.analyse(table, LEVEL)
+        return plackett_burman.analyse(table, LEVEL, interactions=False)
     terms = {
         "first order": linear_terms(table.names),
         "interactions": {**linear_terms(table.names), **interaction_terms(table.names)},

@@ -3,7 +3,9 @@
 import numpy as np
 
 from pellet_study.doe.design_table import read_numbers
-from pellet_study.doe.linear_model import LinearFit, fit, interval, linear_terms
+from pellet_study.doe.intervals import interval
+from pellet_study.doe.linear_model import LinearFit, fit
+from pellet_study.doe.terms import linear_terms
 from pellet_study.errors import InputError
 from pellet_study.paper.described.analyses import Fit
 from pellet_study.paper.described.description import Climb
@@ -28,7 +30,7 @@ def climb(path: Climb, screening: Fit, target: float | None = None, lowest: bool
     table = screening.table
     factors = [factor for name in names for factor in table.factors if factor.name == name]
     points = np.column_stack([factor.coded(frame[factor.name]) for factor in factors])
-    model = fit(names, linear_terms(names), table.coded[names], table.response, screening.model.extra)
+    model = fit(names, linear_terms(names), table.coded[names], table.response, screening.model.extra, table.blocks)
     slopes = np.array([model.coefficients[name] for name in names])
     kept = int(np.argmax(np.abs(slopes) * (points[1] != points[0])))
     items = [steps_as_gradient(path.name, model, factors, points, kept)] if slopes[kept] else []

@@ -7,7 +7,7 @@ import numpy as np
 
 from pellet_study.doe import box_behnken
 from pellet_study.doe.design_table import DesignTable
-from pellet_study.doe.linear_model import INTERCEPT
+from pellet_study.doe.terms import INTERCEPT
 from pellet_study.errors import InputError
 from pellet_study.output.words import nearest
 from pellet_study.paper.described.analyses import Fit, Key, numbers, spans

@@ -28,7 +28,7 @@ def anova(
     cells : dict
         {printed name: {column: printed cell}}; empty cells are passed over.
     rows : dict
-        {source: row} recomputed, see `linear_model.anova_row`.
+        {source: row} recomputed, see `anova.anova_row`.
     columns : list of tuple
         See `Columns`.
     row_of : callable

@@ -6,7 +6,7 @@ import numpy as np
 
 from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.design_table import DesignTable
-from pellet_study.doe.linear_model import Interval, interval
+from pellet_study.doe.intervals import Interval, interval
 from pellet_study.doe.optimum import TargetSet
 from pellet_study.paper.verdicts import INCONSISTENT, LEVEL, REPRODUCED, Item, compare, judged
 
