@@ -16,7 +16,7 @@ from pellet_study.powder.plan import SYMBOLS, Plan, bond
 from pellet_study.rigs import on_yade
 from pellet_study.study import load
 from tests import ROOT
-from tests.test_docs import STEP
+from tests.helpers.walking import STEP
 
 FULL = ROOT / "results" / "full"
 ANGLE = "rig,observable,value,sd\nrepose,repose_angle_deg,41.69,0.79\n"
