@@ -34,7 +34,7 @@ class Usual(NamedTuple):
 
 
 REPOSE = Observable(
-    "deg", FLAT_TO_UPRIGHT, (10.0, 75.0), "25 to 66 from free-flowing to very poor (Carr 1965), with a margin"
+    "deg", FLAT_TO_UPRIGHT, (10.0, 75.0), "25 to 66 from free-flowing to very poor (Carr 1965; USP <1174>), with a margin"
 )
 OBSERVABLES: Mapping[str, Observable] = {
     "rebound_height_mm": Observable("mm", NEVER_NEGATIVE, (0.1, 450.0), "up to the highest drop of the rig"),
@@ -69,7 +69,7 @@ FRICTION = Usual((0.0, 1.2), "none, by choice of a law, to 50 deg", tangent=True
 ROLLING = Usual((0.0, 0.6), "that of the effect rolling_resistance")
 RESTITUTION = Usual((0.05, 0.95), "plastic impact to steel on steel (Goldsmith 1960, Impact)")
 POISSON = Usual((0.0, 0.49), "elastic solids from cork to rubber (doi:10.1038/nmat3134)")
-SOFT_SOLID = Usual((1e5, 1e9), "seeds to horn (ASAE S368), softened up to a hundredfold to simulate")
+SOFT_SOLID = Usual((1e5, 1e9), "a choice: seeds to horn, softened up to a hundredfold to simulate")
 SOLID = Usual((1e5, 8e10), "minerals to steel, softened as usual (doi:10.1016/j.partic.2013.03.006)")
 DAMPING = Usual((0.0, 0.9), "the rig's range: what YADE keeps stable")
 PARAMETERS: Mapping[str, Usual] = {
