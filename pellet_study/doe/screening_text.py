@@ -113,7 +113,8 @@ def _alias_text(screening: Screening) -> str:
     carried = {name: shares for name, shares in screening.aliases.items() if shares}
     if screening.interactions and not carried:
         order = "two- and three-factor interactions" if len(names) > 2 else "interactions"
-        return f"aliases: no effect carries another; all {order} are told apart or left to the blocks"
+        left = " or left to the blocks" if screening.table.blocks else ""
+        return f"aliases: no effect carries another; all {order} are told apart{left}"
     if len(names) * (len(names) - 1) / 2 > MANY_INTERACTIONS:
         shares = [abs(share) for found in screening.aliases.values() for share in found.values()]
         most = max(len(found) for found in screening.aliases.values())
@@ -167,7 +168,7 @@ def borderline_lines(screenings: Sequence[Screening]) -> list[str]:
                 f"{name} (p {probability(s.p[name])}, Holm {probability(s.p_adjusted[name])})" for name in found
             )
             lines.append(
-                f"borderline for {s.table.response.name}: {words}; of {len(s.p)} factors without effect one or more has a p below "
+                f"borderline for {s.table.response.name}: {words}; of {len(s.p)} {heading_of_terms(s)}s without effect one or more has a p below "
                 f"{s.alpha:g} in about {100 * (1 - (1 - s.alpha) ** len(s.p)):.0f} % of screenings, so judge whether the next design "
                 "needs it"
             )

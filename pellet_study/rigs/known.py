@@ -34,7 +34,10 @@ class Usual(NamedTuple):
 
 
 REPOSE = Observable(
-    "deg", FLAT_TO_UPRIGHT, (10.0, 75.0), "25 to 66 from free-flowing to very poor (Carr 1965; USP <1174>), with a margin"
+    "deg",
+    FLAT_TO_UPRIGHT,
+    (10.0, 75.0),
+    "25 to 66 from free-flowing to very poor (Carr 1965; USP <1174>), with a margin",
 )
 OBSERVABLES: Mapping[str, Observable] = {
     "rebound_height_mm": Observable("mm", NEVER_NEGATIVE, (0.1, 450.0), "up to the highest drop of the rig"),

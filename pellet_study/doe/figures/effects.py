@@ -75,12 +75,18 @@ def _legend_of_signs(axes, ax) -> None:
     legend_below(axes.figure, shown, [handle.get_label() for handle in shown], ax=ax)
 
 
+def _letters(term: str, of_factor: dict[str, str]) -> str:
+    """The letter of a factor, those of the factors of a product `a*b`."""
+    return of_factor[term] if term in of_factor else "".join(of_factor.get(name, name) for name in term.split("*"))
+
+
 @styled
 def half_normal(effects: dict[str, float], lenth: Lenth | None = None, unit: str = "", noise=(), names=None, ax=None):
     """Half-normal plot: noise lies on a line through the origin, what acts stands to its right.
 
     `noise` are the contrasts of the design's unused columns: grey and without names, ranked with the others.
-    `names` are those of the factors, where `effects` are of products too. Long names stand below, with a letter each.
+    `names` are those of the factors, where `effects` are of products too. Long names stand below, with a letter each; a
+    product has the letters of its factors.
     """
     from matplotlib.lines import Line2D
     from scipy.special import ndtri
@@ -88,15 +94,14 @@ def half_normal(effects: dict[str, float], lenth: Lenth | None = None, unit: str
     shown = drawable(list(effects) if names is None else names)
     written = {name: shown(name) for name in effects}
     long = any(len(name) > LONG for name in written.values())
-    letters = {name: letter(i) if long else text for i, (name, text) in enumerate(written.items())}
-    figure, axes = new_axes(height=4.2 + 0.19 * len(effects) * long, ax=ax)
+    of_factor = {name: letter(i) for i, name in enumerate(effects if names is None else names)}
+    letters = {name: _letters(name, of_factor) if long else text for name, text in written.items()}
+    figure, axes = new_axes(height=4.2 + 0.19 * len(of_factor) * long, ax=ax)
     ranked = sorted([(abs(size), name) for name, size in effects.items()] + [(abs(size), "") for size in noise])
     sizes, named = np.array([size for size, _ in ranked]), np.array([bool(name) for _, name in ranked])
     quantiles = ndtri(0.5 + 0.5 * (np.arange(1, len(sizes) + 1) - 0.5) / len(sizes))
     if len(noise):
-        axes.plot(
-            sizes[~named], quantiles[~named], "s", color="0.6", markersize=6, label="unused columns of the design"
-        )
+        axes.plot(sizes[~named], quantiles[~named], "s", color="0.6", markersize=6, label="contrasts of no term")
     axes.plot(sizes[named], quantiles[named], "o", color=DARK, markersize=7)
     for (size, name), quantile in zip(ranked, quantiles, strict=True):
         left = size > 0.6 * sizes[-1]
@@ -121,8 +126,8 @@ def half_normal(effects: dict[str, float], lenth: Lenth | None = None, unit: str
         axes.axvline(lenth.margin_of_error, color=ACCENT, linestyle="--", label="Lenth's margin of error")
     handles, labels = axes.get_legend_handles_labels()
     if long:
-        labels += [f"{letters[name]}: {text}" for name, text in written.items()]
-        handles += [Line2D([], [], linestyle="") for _ in written]
+        labels += [f"{code}: {shown(name)}" for name, code in of_factor.items()]
+        handles += [Line2D([], [], linestyle="") for _ in of_factor]
     if handles:
         legend_below(figure, handles, labels, columns=1 if long else 2, ax=ax)
     axes.set_xlabel(folded(shown(with_unit("size of the effect", unit)), letters_in(figure.get_figwidth() - 0.8)))
