@@ -231,7 +231,8 @@ def line(row: Row, here: pd.DataFrame, base: pd.DataFrame | None) -> dict:
     if len(good):
         found |= {name: round(good[name].astype(float).mean(), 2) for name in READINGS}
     if len(good) > 1:
-        found["sd_over_seeds_deg"] = round(good["repose_angle_deg"].astype(float).std(), 2)
+        sds = (round(good[name].astype(float).std(), 2) for name in COMPARED)
+        found |= dict(zip(("sd_over_seeds_deg", "moment_sd_over_seeds_deg"), sds, strict=True))
     if base is not None:
         base = base[base["status"] == "ok"]
         if row.paired:
