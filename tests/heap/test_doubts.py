@@ -138,3 +138,13 @@ def test_pictures_of_the_benchmark_are_read_as_its_table_says(monkeypatch):
         found, line = photographs.read(number), table[number]
         assert str(found["row"]) == line["row"], number
         assert found["error_deg"] == (pytest.approx(float(line["error_deg"]), abs=0.1) if line["error_deg"] else None)
+
+
+def test_a_thin_plate_is_level_by_one_of_its_edges():
+    """A line from its upper edge on one side to its lower one on the other tilted the heap by 1.6 deg."""
+    for seed in range(4):
+        picture = draw(40.0, 40.0, noise=0.005, seed=seed)
+        picture[round(0.78 * 320) + 13 :] = picture[20 : 20 + 320 - round(0.78 * 320) - 13]  # the wall again below it
+        found = photograph.find(picture)
+        assert found.base.tilt_deg == pytest.approx(0, abs=0.1), seed
+        assert found.angle_deg == pytest.approx(40, abs=0.3) and found.doubts == ()
