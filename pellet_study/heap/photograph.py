@@ -125,7 +125,9 @@ def _measured(
     elif apart_deg > max(UNLIKE_DEG / 2, UNLIKE * of_flanks):
         doubts.append(f"the sides differ (left {left:.1f}, right {right:.1f} deg) by more than they are uneven")
     elif base_is == FOOT and triangle_error > UNSURE_DEG:
-        doubts.append(f"no plate's edge is seen, and the foot is as uneven as the sides (+- {triangle_error:.1f} deg): no level")
+        doubts.append(
+            f"no plate's edge is seen, and the foot is as uneven as the sides (+- {triangle_error:.1f} deg): no level"
+        )
     return Photograph(
         pixels, outline, base, base_is, flanks, triangle, float(flank_error), float(triangle_error), tuple(doubts)
     )

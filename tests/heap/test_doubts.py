@@ -145,7 +145,9 @@ def test_a_thin_plate_is_level_by_one_of_its_edges():
     for seed in range(6):
         picture = draw(40.0, 40.0, noise=0.0, blur=0.01, seed=seed, floor=0.62)
         picture[212:] = picture[4:112]  # the wall again below it
-        picture = gaussian_filter(picture, (1, 1, 0)) + 0.005 * np.random.default_rng(seed).standard_normal(picture.shape)
+        picture = gaussian_filter(picture, (1, 1, 0)) + 0.005 * np.random.default_rng(seed).standard_normal(
+            picture.shape
+        )
         found = photograph.find(np.clip(picture, 0, 1))
         assert found.base.tilt_deg == pytest.approx(0, abs=0.1), seed
         assert found.angle_deg == pytest.approx(40, abs=0.3) and found.doubts == ()
