@@ -2,7 +2,7 @@
 
     .venv/bin/python benchmarks/photographs.py [--number 400] [--keep FOLDER]
 
-Writes results/checks/photographs.csv, a line a picture. Cones of grains and, every tenth, a coarse heap that YADE made (results/full) are rendered
+Writes results/checks/photographs.csv, a line a picture. Cones of grains and, every fifth, a coarse heap that YADE made (results/full) are rendered
 by the package (`pellet_study.heap.render`) and put before a wall, on a plate that ends inside or outside the picture; every
 third is level and evenly lit, the others have elevations of 0 to 30 deg, shadows on wall and plate, light from one side. All
 have texture, noise and blur. The true angle is the triangle's of the outline of the same grains seen level.
@@ -48,7 +48,7 @@ class Scene:
     def __init__(self, number: int):
         rng = self.rng = np.random.default_rng(number)
         self.level = number % 3 == 0
-        self.kind = "heap of YADE" if number % 10 == 9 else "cone"
+        self.kind = "heap of YADE" if number % 5 == 4 else "cone"
         if self.kind == "cone":
             self.centres, self.radii = cone(rng.uniform(24, 50), rng)
         else:

@@ -16,9 +16,9 @@ from pellet_study.study.study import Study
 EXCESS = 1.1  # residual over replicate variance up to which chance is the likely cause
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
 class CalibratedStudy:
-    """A study's model fitted to its cell means: what the next questions start from."""
+    """A study's model fitted to its cell means: what the next questions start from; equal to itself alone."""
 
     study: Study
     model: Model

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
+from functools import lru_cache
 
 import numpy as np
 
@@ -170,6 +171,7 @@ def objection_to(
     return ""
 
 
+@lru_cache(maxsize=1)  # each question of a diagnosis asks it of the same model
 def failing_rigs(state: CalibratedStudy) -> frozenset[str]:
     """Rigs in which the present model fails, by lack of fit or a drifting constant; an explanation must mend them."""
     drifting = {d.rig for d in constancy_tests(state) if d.p < DRIFT}

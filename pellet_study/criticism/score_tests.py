@@ -13,7 +13,8 @@ SEED = 20260101  # any number will do
 # share of a direction that must survive the calibration to be tested: of less, what shows with three standard errors
 # changes the readings by a hundred, over which no model is linear
 VISIBLE = 0.03
-KEPT_CELLS = 2_000  # cells up to which all draws are kept: 40 MB
+WHOLE_CELLS = 2_000  # cells up to which all draws are one array: 40 MB
+KEPT_CELLS = 5_000  # cells up to which they are kept for the next test, in one array or in blocks: 100 MB
 
 
 def visible(directions: np.ndarray, basis: np.ndarray) -> np.ndarray:
@@ -37,13 +38,22 @@ def _noise(group: tuple[int, ...], group_dof: tuple[int, ...]) -> np.ndarray:
 
 
 def _noise_of(group: tuple[int, ...], group_dof: tuple[int, ...]) -> Iterator[np.ndarray]:
-    """`_noise` whole, or for more cells than are kept in memory block by block, from streams of their own."""
-    if len(group) <= KEPT_CELLS:
-        yield _noise(group, group_dof)
-        return
+    """The same readings whole, or for many cells block by block; the blocks are drawn anew where they are too many to keep."""
+    if len(group) <= WHOLE_CELLS:
+        return iter([_noise(group, group_dof)])
+    return iter(_kept_blocks(group, group_dof)) if len(group) <= KEPT_CELLS else _blocks(group, group_dof)
+
+
+@lru_cache(maxsize=1)
+def _kept_blocks(group: tuple[int, ...], group_dof: tuple[int, ...]) -> tuple[np.ndarray, ...]:
+    return tuple(_blocks(group, group_dof))
+
+
+def _blocks(group: tuple[int, ...], group_dof: tuple[int, ...]) -> Iterator[np.ndarray]:
+    """Blocks of such readings, of streams of their own."""
     normal = np.random.default_rng(SEED)
     scales = [np.random.default_rng([SEED, number]) for number in range(len(group_dof))]
-    number_of, size = np.array(group), max(1, DRAWS * KEPT_CELLS // (10 * len(group)))
+    number_of, size = np.array(group), max(1, DRAWS * WHOLE_CELLS // (10 * len(group)))
     for first in range(0, DRAWS, size):
         noise = normal.standard_normal((min(size, DRAWS - first), len(group)), dtype=np.float32)
         for number, (dof, scale) in enumerate(zip(group_dof, scales, strict=True)):

@@ -20,6 +20,7 @@ from yade_scripts import heap
 SECOND_TOP = 0.2  # share of its height by which a second top must stand out
 UNSURE_DEG = 3.0  # uncertainty from which on the lines miss the flanks; level views of heaps stay below
 UNLIKE_DEG, UNLIKE = 3.0, 4.0  # difference of the flanks that counts, and in standard errors of its half
+FOOT = "heap's foot"  # what the level is taken from where no plate's edge is seen
 PLACED = 0.25  # pixels to which an end of a fitted line is known at best
 
 
@@ -123,6 +124,10 @@ def _measured(
         doubts.append(f"the sides are no straight lines (+- {of_flanks:.1f} deg)")
     elif apart_deg > max(UNLIKE_DEG / 2, UNLIKE * of_flanks):
         doubts.append(f"the sides differ (left {left:.1f}, right {right:.1f} deg) by more than they are uneven")
+    elif base_is == FOOT and triangle_error > UNSURE_DEG:
+        doubts.append(
+            f"no plate's edge is seen, and the foot is as uneven as the sides (+- {triangle_error:.1f} deg): no level"
+        )
     return Photograph(
         pixels, outline, base, base_is, flanks, triangle, float(flank_error), float(triangle_error), tuple(doubts)
     )
@@ -148,7 +153,7 @@ def _base(body: np.ndarray, edge: LevelLine | None, horizon_deg: float | None) -
     if edge is not None:
         return edge, "plate's edge"
     slope = theilslopes(foot, at)[0]
-    return LevelLine(float(np.median(foot - slope * at)), float(slope)), "heap's foot"
+    return LevelLine(float(np.median(foot - slope * at)), float(slope)), FOOT
 
 
 def _profile(outline: np.ndarray, base: LevelLine, columns: int) -> tuple[np.ndarray, np.ndarray]:

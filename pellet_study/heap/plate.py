@@ -34,13 +34,18 @@ class LevelLine(NamedTuple):
 
 @dataclass(frozen=True)
 class Candidates:
-    """The sharpest changes along y in the columns of both margins: places (k,), their y and sharpness (3, k)."""
+    """The sharpest changes along y in the columns of both margins: places (k,), their y (3, k), the change (3, k, CIELAB)."""
 
     places: np.ndarray
     y: np.ndarray
-    sharpness: np.ndarray
+    change: np.ndarray
     left: slice  # of the columns
     right: slice
+
+    @property
+    def sharpness(self) -> np.ndarray:
+        """How large each change is, (3, k)."""
+        return np.linalg.norm(self.change, axis=2)
 
 
 def plate_edges(lab: np.ndarray, first: int = 0, last: int | None = None) -> list[LevelLine]:
@@ -75,36 +80,39 @@ def candidates(lab: np.ndarray, first: int, last: int) -> Candidates:
     width = max(LEAST_COLUMNS, round(MARGIN * (last - first + 1)))
     side = np.linspace(0, width - 1, min(width, 20)).round().astype(int)
     places = np.r_[first + side, last - side[::-1]]
-    change = np.linalg.norm(np.gradient(lab[:, places], axis=0), axis=2)
+    steps = np.gradient(lab[:, places], axis=0)
+    change = np.linalg.norm(steps, axis=2)
     change[[0, -1]] = 0
     peak = (change[1:-1] >= change[:-2]) & (change[1:-1] > change[2:])
     height = np.where(peak, change[1:-1], 0)
     y = np.argsort(-height, axis=0)[:3] + 1  # (3, columns of both margins)
-    sharpness = np.take_along_axis(change, y, axis=0)
-    return Candidates(places, y + _vertex(change, y), sharpness, slice(0, len(side)), slice(len(side), None))
+    at = np.take_along_axis(np.where(change[..., None] > 0, steps, 0), y[..., None], axis=0)
+    return Candidates(places, y + _vertex(change, y), at, slice(0, len(side)), slice(len(side), None))
 
 
 def sharpest_line(changes: Candidates, free: np.ndarray, reach: float) -> tuple[float, LevelLine, np.ndarray] | None:
     """The line through a free candidate of each margin that meets the sharpest ones within `reach` pixels.
+
+    Both candidates change the same way: a line from the upper edge of a thin plate to its lower one is none.
 
     Returns
     -------
     Its sharpness, the line fitted to what it meets, and the distance (3, k) of the candidates; None where no line meets
     enough columns of both margins.
     """
-    places, y, left, right = changes.places, changes.y, changes.left, changes.right
-    start = np.column_stack([np.tile(places[left], 3), y[:, left].ravel()])[free[:, left].ravel()]
-    end = np.column_stack([np.tile(places[right], 3), y[:, right].ravel()])[free[:, right].ravel()]
+    places, y, left, right, sharpness = changes.places, changes.y, changes.left, changes.right, changes.sharpness
+    start, from_start = _ends(changes, free, left)
+    end, from_end = _ends(changes, free, right)
     slope = (end[None, :, 1] - start[:, None, 1]) / (end[None, :, 0] - start[:, None, 0])
     at_0 = start[:, None, 1] - slope * start[:, None, 0]
-    level = np.abs(slope) < np.tan(np.radians(STEEPEST_TILT_DEG))
+    level = (np.abs(slope) < np.tan(np.radians(STEEPEST_TILT_DEG))) & (from_start @ from_end.T > 0)
     slope, at_0 = slope[level], at_0[level]
     if not len(slope):
         return None
     gap = np.abs(y[None] - (at_0[:, None, None] + slope[:, None, None] * places))
     met = ((gap < reach) & free).any(axis=1)
     share = np.minimum(met[:, left].mean(axis=1), met[:, right].mean(axis=1))
-    near = np.where((gap < reach) & free, changes.sharpness, 0).max(axis=1).sum(axis=1)
+    near = np.where((gap < reach) & free, sharpness, 0).max(axis=1).sum(axis=1)
     best = int(np.argmax(np.where(share >= EDGE_COLUMNS, near, -1)))
     if share[best] < EDGE_COLUMNS:
         return None
@@ -112,6 +120,13 @@ def sharpest_line(changes: Candidates, free: np.ndarray, reach: float) -> tuple[
     x_on, y_on = np.broadcast_to(places, y.shape)[on], y[on]
     fitted_slope, fitted_at_0 = np.polyfit(x_on, y_on, 1)
     return near[best], LevelLine(float(fitted_at_0), float(fitted_slope)), gap[best]
+
+
+def _ends(changes: Candidates, free: np.ndarray, margin: slice) -> tuple[np.ndarray, np.ndarray]:
+    """Places (k, 2) and changes (k, CIELAB) of the free candidates of a margin."""
+    at = free[:, margin].ravel()
+    place = np.column_stack([np.tile(changes.places[margin], 3), changes.y[:, margin].ravel()])
+    return place[at], changes.change[:, margin].reshape(-1, changes.change.shape[2])[at]
 
 
 def _vertex(values: np.ndarray, y: np.ndarray) -> np.ndarray:

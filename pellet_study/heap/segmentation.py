@@ -64,10 +64,12 @@ def apart(lab: np.ndarray, edge: LevelLine | None) -> Apart:
     if edge is None:
         margin |= y >= rows - 0.5 * frame
     behind, mask = margin, np.zeros_like(above)
-    for _ in range(3):
+    for last in (False, False, True):
         difference = lab - _surface(lab, behind)
-        if mask.any():  # along the colour in which heap and background differ most
+        if mask.any():  # along the colour in which heap and background differ most; at last so that shades count little
             direction = difference[mask].mean(axis=0) - difference[above & ~mask].mean(axis=0)
+            if last:
+                direction = _discriminant(difference[mask], difference[above & ~mask], direction)
             tone = difference @ (direction / np.linalg.norm(direction))
         else:
             tone = np.linalg.norm(difference, axis=2)
@@ -79,15 +81,27 @@ def apart(lab: np.ndarray, edge: LevelLine | None) -> Apart:
         if behind.sum() < 0.05 * behind.size:
             behind = margin
     rest = above & ~_grown(mask, 3)
-    contrast = float(np.median(tone[mask]) - np.median(tone[rest])) if rest.any() else 0.0
-    uneven = float(1.4826 * np.median(np.abs(tone[rest] - np.median(tone[rest])))) if rest.any() else 1.0
-    if contrast < LEAST_CONTRAST or contrast < LEAST_CLEARNESS * uneven:
+    clear, uneven, contrast = 0.0, 1.0, 0.0
+    if rest.any():
+        clear = float(np.median(tone[mask]) - np.median(tone[rest]))
+        uneven = float(1.4826 * np.median(np.abs(tone[rest] - np.median(tone[rest]))))
+        contrast = float(np.linalg.norm(np.median(difference[mask], axis=0) - np.median(difference[rest], axis=0)))
+    if contrast < LEAST_CONTRAST or clear < LEAST_CLEARNESS * uneven:
         raise heap.NoHeap(
-            f"no heap stands out: the contrast is {contrast:.1f} CIELAB units where the background itself varies by "
-            f"{uneven:.1f}; expected {LEAST_CONTRAST:g} and {LEAST_CLEARNESS:g} times that. Light the heap from the front "
-            "before a background of another tone"
+            f"no heap stands out: the contrast is {contrast:.1f} CIELAB units, {clear / max(uneven, 1e-9):.1f} times what the "
+            f"background itself varies by; expected {LEAST_CONTRAST:g} and {LEAST_CLEARNESS:g} times. Light the heap from the "
+            "front before a background of another tone"
         )
     return Apart(mask, tone - cut, difference, contrast)
+
+
+def _discriminant(one: np.ndarray, other: np.ndarray, apart: np.ndarray) -> np.ndarray:
+    """Fisher's linear discriminant of two sets of tones whose means lie apart so far, its noise at least a CIELAB unit.
+
+    A heap whose shaded grains are as bright as the wall still has its own colour (1936, doi:10.1111/j.1469-1809.1936.tb02137.x).
+    """
+    within = (np.cov(one, rowvar=False) + np.cov(other, rowvar=False)) / 2 + np.eye(len(apart))
+    return np.linalg.solve(within, apart)
 
 
 def _surface(lab: np.ndarray, known: np.ndarray) -> np.ndarray:

@@ -77,7 +77,7 @@ def test_draws_in_blocks_are_distributed_as_those_kept(monkeypatch):
     cells = CellMeans(np.arange(60), np.zeros(60), np.ones(60), np.ones(60), 5.0, 0.0, group=(0,) * 60, group_dof=(5,))
     unit, basis = np.eye(60)[:1], np.zeros((60, 0))
     whole = score_tests.largest_null(unit, basis, cells, True, birge=False)
-    monkeypatch.setattr(score_tests, "KEPT_CELLS", 50)
+    monkeypatch.setattr(score_tests, "WHOLE_CELLS", 50)
     blocks = score_tests.largest_null(unit, basis, cells, True, birge=False)
     assert len(whole) == len(blocks) == score_tests.DRAWS
     for draws in (whole, blocks):
