@@ -60,6 +60,9 @@ def draw(table: pd.DataFrame, file: Path) -> None:
         axes.loglog(heaps["grains"], even, ":", color=LINE, label="in proportion to the grains")
         axes.set(xlabel="grains", ylabel="cpu seconds a heap")
         axes.set_xticks(heaps["grains"], [f"{grains:,}" for grains in heaps["grains"]])
+        low, high = axes.get_ylim()
+        seconds = [value for value in (1, 2, 5, 10, 20, 50, 100, 200, 500, 1000) if low <= value <= high]
+        axes.set_yticks(seconds, [str(value) for value in seconds])
         axes.minorticks_off()
         axes.legend()
         file.parent.mkdir(exist_ok=True)

@@ -14,6 +14,7 @@ STEP = 0.04  # and as share of the heap's height
 STRIP = 0.12  # width of the strip along a flank, as share of the foot's
 OTHER_TONE = 0.35  # of a strip, as share of the contrast between heap and background
 LEAST_TONE = 6.0  # CIELAB units that count as another tone
+LEAST_STRIP = 10.0  # CIELAB units by which a strip is darker that no shading of an evenly lit cone makes (95 % of rendered ones)
 
 
 def elevation_deg(body: np.ndarray) -> float:
@@ -106,7 +107,7 @@ def of_light(difference: np.ndarray, body: np.ndarray, contrast: float) -> list[
     wide = max(3, round(STRIP * (last - first).max()))
     middle = (first + last) // 2
     inside = _tone(difference, body, band, middle - wide, middle + wide)
-    least = max(LEAST_TONE, OTHER_TONE * contrast)
+    least = max(LEAST_STRIP, OTHER_TONE * contrast)
     found = []
     for side, start, end, out in (
         ("left", first + 2, first + 2 + wide, (first - 2 - wide, first - 2)),

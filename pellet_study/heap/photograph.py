@@ -18,7 +18,7 @@ from pellet_study.heap.segmentation import Apart, apart, one_heap, smooth_lab
 from yade_scripts import heap
 
 SECOND_TOP = 0.2  # share of its height by which a second top must stand out
-UNSURE_DEG = 3.0  # uncertainty from which on the lines miss the flanks; level views of heaps stay below
+UNSURE_DEG = 3.5  # uncertainty from which on the lines miss the flanks; level views of heaps stay below
 UNLIKE_DEG, UNLIKE = 3.0, 4.0  # difference of the flanks that counts, and in standard errors of its half
 FOOT = "heap's foot"  # what the level is taken from where no plate's edge is seen
 PLACED = 0.25  # pixels to which an end of a fitted line is known at best
