@@ -14,7 +14,9 @@ STEP = 0.04  # and as share of the heap's height
 STRIP = 0.12  # width of the strip along a flank, as share of the foot's
 OTHER_TONE = 0.35  # of a strip, as share of the contrast between heap and background
 LEAST_TONE = 6.0  # CIELAB units that count as another tone
-LEAST_STRIP = 10.0  # CIELAB units by which a strip is darker that no shading of an evenly lit cone makes (95 % of rendered ones)
+LEAST_STRIP = (
+    10.0  # CIELAB units by which a strip is darker that no shading of an evenly lit cone makes (95 % of rendered ones)
+)
 
 
 def elevation_deg(body: np.ndarray) -> float:
