@@ -98,7 +98,7 @@ def test_the_optimum_is_no_worse_than_a_search_over_a_grid(tread):
     best = most_desirable(wanted)
     value = overall_desirability(wanted, best)[0]
     assert value >= grid.max() - 1e-9 and value == pytest.approx(grid.max(), abs=0.02)
-    assert tread[3].predict(best)[0] <= 69
+    assert tread[3].predict(best)[0] <= 69 + 1e-9
 
 
 @pytest.mark.parametrize(
