@@ -1,6 +1,6 @@
 """The three bench readings on both YADEs: the YADE here, and that of Debian 13.
 
-    .venv/bin/python benchmarks/bench_versions.py [--seeds 16]
+    .venv/bin/python benchmarks/bench_versions.py [--seeds 64]
 
 Every rig of the bench at the calibrated constants of results/bench, the same seeds on both. Writes
 results/checks/bench_versions.csv: mean and standard deviation over the seeds on each, the difference with its 95 % interval
@@ -59,7 +59,7 @@ def compared(rows: pd.DataFrame) -> pd.DataFrame:
 def main() -> None:
     """Simulate on both and write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--seeds", type=int, default=16)
+    parser.add_argument("--seeds", type=int, default=64)
     parser.add_argument(
         "--here", action="store_true", help="on this YADE alone, a row a simulation, on standard output"
     )
