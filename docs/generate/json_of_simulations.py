@@ -43,6 +43,7 @@ SURFACE = {
     "r2": "of the surface",
     "r2_adjusted": "corrected for the number of terms",
     "r2_predicted": "1 - PRESS/SST",
+    "r2_predicted_ceiling": "the most that the scatter of heaps at one point leaves of it, 1 - n s2/SST; null without replicates",
     "lack_of_fit_p": "against replicates",
     "reachable": "does the surface take the target in the box?",
     "box_runs": "heaps in that box",

@@ -56,6 +56,19 @@ def pure_error(coded, response, blocks=()) -> tuple[float, int]:
     return squares, int((groups.count() - 1).sum())
 
 
+def predicted_ceiling(squares: float, df: int, response) -> float | None:
+    r"""Predicted R2 of a model that gives the true mean of every run: what the scatter of the replicates leaves.
+
+    :math:`1 - n s^2_\mathrm{pure} / SS_\mathrm{total}`, at least 0; None without replicates. Its PRESS is the scatter of new
+    runs about their true means.
+    """
+    if not df:
+        return None
+    response = np.asarray(response, dtype=float)
+    total = float(np.sum((response - response.mean()) ** 2))
+    return max(0.0, 1 - len(response) * squares / df / total)
+
+
 def block_rows(blocks, model: LinearFit) -> tuple[list[dict], float]:
     """The ANOVA's line of the blocks, fitted before the factors, and its sum of squares; none without blocks."""
     squares, df = sum_of_squares(blocks, model.response)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 import pandas as pd
 
-from pellet_study.doe.anova import anova_row, block_rows, near_zero, pure_error, type_three
+from pellet_study.doe.anova import anova_row, block_rows, near_zero, predicted_ceiling, pure_error, type_three
 from pellet_study.doe.box_cox import BoxCox, box_cox
 from pellet_study.doe.composite import composite_matrix
 from pellet_study.doe.design_table import DesignTable
@@ -86,6 +86,7 @@ class Surface:
     r2: float
     r2_adjusted: float | None
     r2_predicted: float | None
+    r2_predicted_ceiling: float | None
     press: float | None
     cv_percent: float | None
     adequate_precision: float | None
@@ -175,6 +176,7 @@ def fit_surface(table: DesignTable, terms: dict[str, tuple[int, ...]], alpha: fl
         r2=1 - model.ss_residual / total,
         r2_adjusted=None if variance is None else 1 - variance / (total / (len(model.response) - 1)),
         r2_predicted=None if squares is None or variance is None else 1 - squares / total,
+        r2_predicted_ceiling=predicted_ceiling(*pure_error(table.coded, table.response, table.blocks), model.response),
         press=None if variance is None else squares,
         cv_percent=100 * float(np.sqrt(variance)) / mean
         if variance is not None and not near_zero(mean, model.response)

@@ -48,7 +48,10 @@ class Climb:
 
 @dataclass(frozen=True, kw_only=True)
 class Surface:
-    """The surface of the `box` that counts, number `chosen_box` of all `boxes`; `box_runs` of the `heaps` lie in it."""
+    """The surface of the `box` that counts, number `chosen_box` of all `boxes`; `box_runs` of the `heaps` lie in it.
+
+    `r2_predicted_ceiling` is the predicted R2 that a surface through the true mean of every point would have.
+    """
 
     box: dict[str, list[float]]
     boxes: list[dict[str, list[float]]]
@@ -58,6 +61,7 @@ class Surface:
     r2: float
     r2_adjusted: float | None
     r2_predicted: float | None
+    r2_predicted_ceiling: float | None = None
     lack_of_fit_p: float | None
     reachable: bool
     heaps: int

@@ -37,7 +37,7 @@ class Sizes:
     attempts: int = 2  # settings that are validated: the optimum, and the one corrected by its validation
 
 
-FULL, QUICK = Sizes(3, 5, 10, 60), Sizes(1, 3, 4, 4, attempts=1)
+FULL, QUICK = Sizes(3, 5, 10, 200), Sizes(1, 3, 4, 4, attempts=1)
 
 
 def point_at(factors: Sequence[Factor], coded: np.ndarray) -> dict[str, float]:

@@ -70,6 +70,7 @@ def surface(heaps: Heaps, results: Results) -> Surface:
         r2=best.surface.r2,
         r2_adjusted=best.surface.r2_adjusted,
         r2_predicted=best.surface.r2_predicted,
+        r2_predicted_ceiling=best.surface.r2_predicted_ceiling,
         lack_of_fit_p=best.surface.lack_of_fit_p,
         reachable=bool(best.gap == 0),
         heaps=sum(len(box.runs) for box in tried),

@@ -35,6 +35,8 @@ def _surface(decision: Surface) -> str:
     if boxes > 1 and decision.chosen_box is not None:
         which = f"{boxes} boxes, the surface is that of number {decision.chosen_box + 1}"
     predicted = or_unknown(decision.r2_predicted, ".3f")
+    if decision.r2_predicted_ceiling is not None:
+        predicted += f" (the scatter of heaps at one point leaves at most {decision.r2_predicted_ceiling:.3f})"
     return f"{heaps_of(decision, f' in {which}')}; R2 {decision.r2:.3f}, predicted R2 {predicted}"
 
 

@@ -10,7 +10,7 @@ from scipy.special import stdtrit
 from pellet_study.doe import margins, validation
 from pellet_study.powder.decisions import Attempt, Optimum, Validation
 from pellet_study.powder.heaps import SEEDS_A_TRY, SEEDS_OF_READ, Heaps, lost_of, point_at
-from pellet_study.powder.plan import OBSERVABLE, bond
+from pellet_study.powder.plan import OBSERVABLE, Plan, bond
 from pellet_study.powder.results import Results
 from pellet_study.powder.surface import refitted
 
@@ -65,17 +65,25 @@ def enough_heaps(heaps: Heaps, point: Mapping[str, float], first: int) -> pd.Dat
     """As many heaps at a setting as the wanted standard error of their mean needs.
 
     It stops once their scatter so far is small enough, sooner where that happens to come out small: the standard error
-    is then a little too small, and so is the chance stated of passing a setting just outside the margin.
+    is then a little too small, and so is the chance stated of passing a setting just outside the margin. It also stops
+    where the mean's 95 % interval lies outside the margin: more heaps of that setting could not pass.
     """
     sizes, number = heaps.sizes, heaps.sizes.fewest
     while True:
         runs = heaps.at("validation", [point] * number, first=first)
         good = runs.loc[runs["verdict"] == "ok", OBSERVABLE]
         error = float(good.std(ddof=1) / np.sqrt(len(good))) if len(good) > 1 else np.inf
-        if error <= sizes.wanted_error or number >= sizes.most:
+        if error <= sizes.wanted_error or number >= sizes.most or hopeless(heaps.plan, good, error):
             return runs
         more = number * (error / sizes.wanted_error) ** 2
         number = int(min(sizes.most, max(number + 1, np.ceil(more)))) if np.isfinite(more) else sizes.most
+
+
+def hopeless(plan: Plan, good: pd.Series, error: float) -> bool:
+    """Whether the 95 % interval of a mean of heaps lies outside the margin around the target."""
+    if not np.isfinite(error):
+        return False
+    return abs(float(good.mean()) - plan.target) - stdtrit(len(good) - 1, 0.975) * error > plan.margin
 
 
 def judged(heaps: Heaps, results: Results, runs: pd.DataFrame, point: Mapping[str, float]) -> Attempt:

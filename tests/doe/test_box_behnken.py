@@ -10,7 +10,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from pellet_study.doe import box_behnken, reduction
+from pellet_study.doe import anova, box_behnken, reduction
 from pellet_study.doe.design_table import code_design
 from pellet_study.doe.factors import Factor
 from pellet_study.doe.intervals import interval
@@ -245,3 +245,10 @@ def test_terms_keep_apart_whatever_the_factors_are_called(resin, names):
     frame.columns = [*names, "viscosity"]
     coefficients = box_behnken.analyse(code_design(frame)).coefficients
     assert list(coefficients.values()) == pytest.approx(list(resin.coefficients.values()))
+
+
+def test_the_ceiling_of_the_predicted_r2_is_what_the_scatter_of_replicates_leaves():
+    """Two pairs, 1 and 3, 5 and 7: a variance of 2 within, 20 in all; four new runs miss their means by 4 x 2."""
+    squares, df = anova.pure_error([[-1.0], [-1.0], [1.0], [1.0]], [1.0, 3.0, 5.0, 7.0])
+    assert anova.predicted_ceiling(squares, df, [1.0, 3.0, 5.0, 7.0]) == pytest.approx(1 - 4 * 2 / 20)
+    assert anova.predicted_ceiling(0.0, 0, [1.0, 5.0]) is None

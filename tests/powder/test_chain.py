@@ -517,6 +517,19 @@ def test_a_setting_that_misses_is_corrected_and_validated_with_other_seeds(powde
     assert len(runs) == first.heaps + second.heaps and runs["seed"].is_unique
 
 
+def test_a_setting_that_cannot_pass_any_more_takes_no_further_heaps(powder, monkeypatch):
+    """Heaps that scatter by 2 deg need 64 for a standard error of 0.25; 7 deg off shows after the first ten."""
+    chain = chain_of(powder, Formula(noise=2.0), monkeypatch)
+    chain.run(STAGES[:4])
+    file = powder / "optimum" / "decision.json"
+    decision = json.loads(file.read_text())
+    decision["point"]["G"] += 0.2
+    file.write_text(json.dumps(decision))
+    first, second = chain.run(["validation"])["validation"].attempts
+    assert first.heaps == FULL.fewest and not first.equivalent
+    assert 30 < second.heaps <= FULL.most and second.standard_error_deg <= FULL.wanted_error
+
+
 def measured(folder: Path, value: float, sd: float = 0.79) -> None:
     (folder / "measurements.csv").write_text(f"rig,observable,value,sd\nrepose,repose_angle_deg,{value},{sd}\n")
 
