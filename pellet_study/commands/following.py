@@ -2,12 +2,16 @@
 
 import argparse
 import shlex
+from typing import TYPE_CHECKING
 
 from pellet_study.commands.design_tables import again
 from pellet_study.commands.responses import TOLD
 from pellet_study.commands.validating import margin_file, only_response
 from pellet_study.commands.wanted import GOALS
 from pellet_study.errors import InputError
+
+if TYPE_CHECKING:
+    from pellet_study.doe.optimum import TargetSet
 
 NOT_GOALS = ("transform", "unit", "declare_margin", "verify")
 """Options told of each response that say nothing of what is wanted of it."""
@@ -23,6 +27,8 @@ def next_commands(arguments: argparse.Namespace, told: dict, each: dict, joint) 
         return " ".join([*model, *_goals_to_name(told)]), None
     if joint is not None and not joint.met:
         return None, None
+    if joint is None and _out_of_reach(each[aimed[0]].target_set):
+        return None, None
     words = [*model, *_goals_given(arguments)]
     setting = (joint if joint is not None else each[aimed[0]].target_set).physical
     check = " ".join([*words, *_check(aimed, setting, len(told) > 1)])
@@ -31,6 +37,11 @@ def next_commands(arguments: argparse.Namespace, told: dict, each: dict, joint) 
         return check, None
     margins = [_option("declare-margin", f"{name}=M" if len(told) > 1 else "M") for name in lacking]
     return " ".join([*words, *margins]), check if joint is not None else None
+
+
+def _out_of_reach(target: "TargetSet") -> bool:
+    """Whether no setting of the box meets a target, the uncertainties of both counted: there is nothing to validate."""
+    return not target.reachable and not target.fraction_not_excluded
 
 
 def _model(arguments: argparse.Namespace) -> list[str]:

@@ -134,7 +134,7 @@ def run(arguments: argparse.Namespace) -> dict:
         prefixes = figure_prefixes(each)
         answer["figures"] = [path for name, one in each.items() for path in _figures(told[name], one, prefixes[name])]
     screenings = [one.screening for one in each.values()]
-    following = _after_the_path(first) or _along_the_path(arguments, first) or _axial(arguments, screenings)
+    following = _after_the_path(first) or _axial(arguments, screenings) or _along_the_path(arguments, first)
     if following is None and (following := _next(screenings)):
         say("".join(f"\n{line}" for line in screening_text.borderline_lines(screenings)))
     done(kept(arguments), following)

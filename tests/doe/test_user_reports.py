@@ -261,3 +261,25 @@ def test_the_row_of_an_odd_level_is_named(screening_csv, capsys):
     assert main(["pb", str(screening_csv)]) == 2
     error = capsys.readouterr().err
     assert "row 5" in error and "10" in error
+
+
+def test_what_comes_next_agrees_with_the_warning_of_curvature(tmp_path, capsys):
+    """The centre runs lie 14 above the plane: nobody is sent along a path that the warning says not to climb."""
+    path = tmp_path / "curved.csv"
+    corners = [
+        (a, b, 30 + 2 * a + 3 * b + noise) for a, b, noise in ((-1, -1, 0.1), (1, -1, 0), (-1, 1, 0), (1, 1, 0.1))
+    ]
+    runs = [*corners, *((0, 0, y) for y in (44.0, 44.2, 43.9, 44.1))]
+    pd.DataFrame(runs, columns=["A", "B", "y"]).to_csv(path, index=False)
+    assert main(["pb", str(path), "--climb", "gradient"]) == 0
+    out, err = capsys.readouterr()
+    assert "do not climb by it" in err
+    assert "next: pellet-study design axial" in out and "--climb-runs" not in out
+
+
+def test_a_target_out_of_reach_is_not_validated(surface_csv, capsys):
+    """Table 12 reads 37.9 to 44.5: 60 deg is met nowhere, 43 deg is."""
+    assert main(["bbd", str(surface_csv), *LEVELS, "--target", "60"]) == 0
+    assert "not reached" in (out := capsys.readouterr().out) and "--declare-margin" not in out
+    assert main(["bbd", str(surface_csv), *LEVELS, "--target", "41"]) == 0
+    assert "--declare-margin M" in capsys.readouterr().out
