@@ -2,11 +2,12 @@
 
 A panel shows the readings of one observable of a rig against the condition (or the parameter known row by row) that was set
 to the most levels, of several that with which the readings change most, at one setting of all others; against one that is a
-word only where no number was changed. Where the others were set to so many that no curve would pass through enough
-readings, all stand in one panel, each with the model's own value for its row.
+word only where no number was changed. Where the others were changed with it, so that no curve would pass through enough
+readings, the next condition takes its place; where no condition has curves, all stand in one panel against the first, each with
+the model's own value for its row.
 """
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -61,16 +62,23 @@ def panels_of(rows: Sequence[Measurement]) -> list[Panel]:
         known = numbers or known
         values = [rows[k].value for k in places]
         change = {n: _together([setting[n] for setting in settings.values()], values) for n in known}
-        condition = max(known, key=lambda n: (distinct[n], change[n]))
-        groups: dict[tuple, list[int]] = {}
-        for k in places:
-            groups.setdefault(tuple(settings[k].get(n) for n in names if n != condition), []).append(k)
-        few = len(groups) <= MOST_SETTINGS
-        if few and all(len({settings[k][condition] for k in group}) > 1 for group in groups.values()):
-            found += [_panel(rig, observable, condition, True, group, settings) for group in groups.values()]
+        known.sort(key=lambda n: (distinct[n], change[n]), reverse=True)
+        along = {n: groups for n in known if (groups := _groups(settings, n, names))}
+        if along:
+            condition, groups = next(iter(along.items()))
+            found += [_panel(rig, observable, condition, True, group, settings) for group in groups]
         else:
-            found.append(_panel(rig, observable, condition, False, places, settings))
+            found.append(_panel(rig, observable, known[0], False, places, settings))
     return found
+
+
+def _groups(settings: Mapping[int, Mapping], condition: str, names: Iterable[str]) -> list[list[int]]:
+    """Rows that differ in a condition only, a list a curve; none where a curve would have one level, or there were too many."""
+    groups: dict[tuple, list[int]] = {}
+    for k, setting in settings.items():
+        groups.setdefault(tuple(setting.get(n) for n in names if n != condition), []).append(k)
+    drawn = all(len({settings[k][condition] for k in group}) > 1 for group in groups.values())
+    return list(groups.values()) if drawn and len(groups) <= MOST_SETTINGS else []
 
 
 def _together(levels: Sequence[Any], values: Sequence[float]) -> float:

@@ -29,7 +29,7 @@ LEAST_LINE = {
     ".html": 100
 }  # letters of a line that tells that two pages are one; of HTML many pages share the short ones
 PNG = b"\x89PNG\r\n\x1a\n"
-DOTS_PER_METRE = 5906  # of the figures, 150 dpi; with no other remark in them
+SCREEN_DPI, JOURNAL_DPI = 150, 600  # of the figures; with no other remark in them
 NO_FOLLOW = getattr(os, "O_NOFOLLOW", 0)
 
 _forced: ContextVar[bool] = ContextVar("forced", default=False)
@@ -211,8 +211,8 @@ def is_figure(there: bytes, content: bytes = b"") -> bool:
         size = int.from_bytes(there[place : place + 4], "big")
         parts.append((there[place + 4 : place + 8], there[place + 8 : place + 8 + min(size, 16)]))
         place += 12 + size
-    density = DOTS_PER_METRE.to_bytes(4, "big")
-    return [name for name, _ in parts[:3]] == [b"IHDR", b"pHYs", b"IDAT"] and parts[1][1].startswith(2 * density)
+    densities = tuple(2 * round(dpi / 0.0254).to_bytes(4, "big") for dpi in (SCREEN_DPI, JOURNAL_DPI))  # dots a metre
+    return [name for name, _ in parts[:3]] == [b"IHDR", b"pHYs", b"IDAT"] and parts[1][1].startswith(densities)
 
 
 def _same_columns(there: bytes, content: bytes) -> bool:

@@ -330,7 +330,8 @@ def save(figure: Any, file: Path) -> Path:
         ".svg": {"Date": None, "Creator": None},
         ".pdf": {"CreationDate": None, "Creator": None, "Producer": None},
     }
-    stream, dpi = io.BytesIO(), 150 if _width_mm.get() is None else 600
+    dpi = writing.SCREEN_DPI if _width_mm.get() is None else writing.JOURNAL_DPI
+    stream = io.BytesIO()
     figure.savefig(stream, format=file.suffix[1:], dpi=dpi, metadata=metadata[file.suffix])
     return writing.data(file, stream.getvalue())
 

@@ -9,6 +9,7 @@ from dataclasses import replace
 from typing import NamedTuple
 
 from pellet_study.rigs.declared import Rig
+from yade_scripts import laws
 
 Span = tuple[float, float]
 NEVER_NEGATIVE: Span = (0.0, float("inf"))
@@ -26,11 +27,12 @@ class Observable(NamedTuple):
 
 
 class Usual(NamedTuple):
-    """The usual range of a parameter, where that is from, and whether it is the tangent of an angle."""
+    """The usual range of a parameter, where that is from, whether it is the tangent of an angle, the one law that has it."""
 
     usual: Span
     source: str
     tangent: bool = False
+    only_law: str | None = None
 
 
 REPOSE = Observable(
@@ -74,7 +76,7 @@ RESTITUTION = Usual((0.05, 0.95), "plastic impact to steel on steel (Goldsmith 1
 POISSON = Usual((0.0, 0.49), "elastic solids from cork to rubber (doi:10.1038/nmat3134)")
 SOFT_SOLID = Usual((1e5, 1e9), "a choice: seeds to horn, softened up to a hundredfold to simulate")
 SOLID = Usual((1e5, 8e10), "minerals to steel, softened as usual (doi:10.1016/j.partic.2013.03.006)")
-DAMPING = Usual((0.0, 0.9), "the rig's range: what YADE keeps stable")
+DAMPING = Usual((0.0, 0.9), "the rig's range: what YADE keeps stable", only_law=laws.LOCAL_DAMPING)
 PARAMETERS: Mapping[str, Usual] = {
     "internal_friction": Usual((0.05, 1.5), "3 to 56 deg: polished beads to crushed rock at low stress", tangent=True),
     "seed_powder_restitution": RESTITUTION,
@@ -124,7 +126,8 @@ def with_ranges(rig: Rig) -> Rig:
     for name, quantity in rig.parameters.items():
         known = PARAMETERS[name]
         low, high = max(known.usual[0], quantity["min"]), min(known.usual[1], quantity["max"])
-        more = {"tangent": True} if known.tangent else {}
+        more: dict[str, object] = {"tangent": True} if known.tangent else {}
+        more |= {"only_law": known.only_law} if known.only_law else {}
         parameters[name] = {**quantity, "physical": (low, high), "source": known.source, **more}
     conditions = {name: {**quantity, "source": CONDITIONS[name]} for name, quantity in rig.conditions.items()}
     return replace(rig, parameters=parameters, conditions=conditions)

@@ -129,7 +129,8 @@ class Study:
     def assumed_parameters(self) -> dict[str, float]:
         """Parameters of the rigs used that neither study.toml nor every row gives, with their defaults.
 
-        One that means nothing without an effect, where that effect is absent, is none of them.
+        One that means nothing without an effect, where that effect is absent, is none of them, nor one that only another
+        contact law has.
         """
         meaningless = {
             name for e in self.catalogue.effects.values() if e.name not in self.effects for name in e.owns
@@ -138,6 +139,8 @@ class Study:
         for rig in self.rigs:
             known = {id(row.parameters): row.parameters for row in self.rows if row.rig == rig}.values()
             for name, quantity in self.catalogue.rigs[rig].parameters.items():
+                if quantity.get("only_law") not in (None, self.contact_law):
+                    continue
                 if name not in meaningless and not all(name in given for given in known):
                     found[name] = float(quantity["default"])
         return found

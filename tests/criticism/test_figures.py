@@ -216,6 +216,23 @@ def test_rows_without_a_common_setting_have_the_model_at_each_row(tmp_path):
     assert np.allclose(line.get_xdata(), [r["conditions"]["layer_height_mm"] for r in found.rows])
 
 
+def test_where_the_first_condition_has_no_curves_the_next_one_has():
+    """Lengths with another ball each: no two rows differ in the length only, but three of each length in the amplitude."""
+    settings = [
+        (length, ball, swing) for length, ball in ((200, 30), (400, 20), (800, 10), (1500, 5)) for swing in (5, 25, 50)
+    ]
+    rows = [
+        Measurement(
+            "pendulum", "period_s", length / 100 + swing / 1000, None, 1,
+            {"length_mm": float(length), "radius_mm": float(ball), "amplitude_deg": float(swing)}, {}, "", 0.0, "fit", "", k,
+        )
+        for k, (length, ball, swing) in enumerate(settings)
+    ]  # fmt: skip
+    panels = curves.panels_of(rows)
+    assert [panel.condition for panel in panels] == 4 * ["amplitude_deg"] and all(panel.alike for panel in panels)
+    assert [panel.others["length_mm"] for panel in panels] == [200, 400, 800, 1500]
+
+
 def test_compare_draws_the_base_model_beside_the_effects_present(tmp_path):
     study = study_of(tmp_path / "s", layers(0.5, 80.0, (10, 15, 20, 30, 40), 2))
     alone = ps.compare(study)
@@ -235,6 +252,7 @@ def test_format_and_width_are_those_asked_for(tmp_path, ending):
     assert {"readings", "ladder", "predictions", "residuals", "ranking"} <= {f.stem for f in files}
     for file in files:
         assert width_mm(file) == pytest.approx(85, abs=0.1), file
+    assert command("compare", study.folder, *options)[0] == 0  # what it drew itself, it draws anew
 
 
 def width_mm(file: Path) -> float:
