@@ -116,12 +116,21 @@ def doubted(comparison: dict) -> bool:
 
 
 def held_out_words(comparison: dict) -> str:
-    """How the rows held out stand to a model: `p 0.300: they agree with the model (they contradict it below 0.001)`."""
+    """How the rows held out stand to a model: `p 0.300: they agree with the model (they contradict it below 0.001)`.
+
+    With a model that the rows fitted do not fit, they agree no more than those.
+    """
     p = comparison.get("holdout_p")
     if p is None:
         return ""
-    verb = "contradict" if p < HELD_OUT_FAILS else "agree with"
-    return f"p {probability(p)}: they {verb} the model (they contradict it below {HELD_OUT_FAILS:g})"
+    rule = f"they contradict it below {HELD_OUT_FAILS:g}"
+    if p < HELD_OUT_FAILS:
+        verb = "contradict"
+    elif p < DOUBTFUL:
+        verb, rule = "cast doubt on", f"{rule}, cast doubt on it below {DOUBTFUL:g}"
+    else:
+        verb = "do not contradict" if grade(comparison) == Grade.FAILS else "agree with"
+    return f"p {probability(p)}: they {verb} the model ({rule})"
 
 
 def noise_words(comparison: dict) -> str:

@@ -70,7 +70,10 @@ def fit_lines(comparison: dict) -> list[str]:
     """How well a model fits, by which rule, and its error."""
     lines = graded_lines(comparison)
     if comparison["chi2"] is not None:
-        excuse = [f"{rig} {number(percent, 2)} %" for rig, percent in comparison["needed_setup_percent"].items()]
+        excuse = [
+            f"{rig} {number(float(f'{percent:.2g}'), 9)} %"
+            for rig, percent in comparison["needed_setup_percent"].items()
+        ]
         lines += noise_lines(comparison)
         lines.append(f"       set-up scatter that would excuse it: {', '.join(excuse)}")
     if comparison["rms_error"] is not None:

@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from pellet_study.criticism import fit_facts
 from pellet_study.criticism.compare import HELD_OUT_FAILS
 from tests.helpers.make_study import STRESSES_PA, command, folder, incline, slip_angle_deg
 
@@ -131,6 +132,20 @@ def test_held_out_rows_that_agree_contradict_nothing(tmp_path, capsys):
         "contradict the model (" not in page.replace("they contradict it below", "") and "then pellet-study" not in page
     )
     assert "they agree with the model (they contradict it below 0.001)" in asked("compare", study, capsys)[0]
+
+
+@pytest.mark.parametrize(
+    ("p", "fits", "words"),
+    [
+        (2e-7, True, "they contradict the model"),
+        (0.003, True, "they cast doubt on the model"),
+        (0.3, True, "they agree with the model"),
+        (0.3, False, "they do not contradict the model"),
+    ],
+)
+def test_rows_held_out_are_graded_as_the_fit_is(p, fits, words):
+    """Between 0.001 and 0.05 nothing is sure; and with a model that misses the rows fitted nothing agrees."""
+    assert words in fit_facts.held_out_words({"holdout_p": p, "fits": fits})
 
 
 def test_z_of_a_row_held_out_has_the_uncertainty_of_the_constant_in_it(tmp_path):
