@@ -42,16 +42,21 @@ class Pouring:
 
         Raises
         ------
-        Failed : a blow-up
+        Failed : a blow-up, or grains too soft
         """
         scene = self.scene
         scene.run(self._steps)
         self.overlap = max(self.overlap, scene.largest_overlap())
         speed = scene.largest_speed()
-        if not (speed < self._fastest and self.overlap < LARGEST_OVERLAP):
+        if not speed < self._fastest:
             raise Failed(
                 f"blew up in the {phase}: speed {speed:.3g} m/s, overlap {self.overlap:.2f} of the radius; "
                 "a smaller time_step_fraction is needed"
+            )
+        if not self.overlap < LARGEST_OVERLAP:
+            raise Failed(
+                f"two bodies overlap by {self.overlap:.2f} of the radius in the {phase}, {LARGEST_OVERLAP:g} at most: too soft for "
+                "this fill and fall; a larger stiffness_scale is needed, or a smaller time_step_fraction"
             )
         if scene.base.radius is not None:
             self._take_away()

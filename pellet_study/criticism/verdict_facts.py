@@ -90,7 +90,7 @@ def verdict(diagnosis: dict) -> str:
         case Verdict.MISSING:
             words = found.names
         case Verdict.TIED:
-            words = f"{found.names}{drifts} explain it alike; these data cannot tell them apart{faint_words(diagnosis)}"
+            words = f"{found.names}{drifts} each explain it; these data cannot tell them apart{faint_words(diagnosis)}"
         case Verdict.UNDECIDED:
             words = facts.limited_words(diagnosis) or "a fit on which the answer rests did not end (see the notes)"
         case Verdict.UNEXPLAINED:

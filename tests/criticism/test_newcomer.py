@@ -321,7 +321,7 @@ def test_tied_pairs_and_what_the_rows_held_out_say_of_them():
     told = pair_told()
     words = verdict_facts.verdict(told)
     assert words.startswith(
-        "a + b or a + c explain it alike; these data cannot tell them apart; the rows held out contradict"
+        "a + b or a + c each explain it; these data cannot tell them apart; the rows held out contradict"
     )
     assert "they contradict it too with a + b" in words and "they agree with it with a + c" in words
     assert verdict_facts.fit_too(told) == "set split to fit in some of the rows held out"

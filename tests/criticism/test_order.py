@@ -35,7 +35,7 @@ def test_a_drift_in_the_order_of_the_heights_is_not_taken_for_an_effect(tmp_path
     assert answer["verdict"] == "tied" and answer["added"] == [] and "stress_dependent_friction" in answer["tied"]
     [drift] = answer["by_time"]
     assert drift["along"] == ["layer_height_mm"]
-    assert "a drift of slip_angle_deg with time explain it alike" in said and "randomise the order" in said
+    assert "a drift of slip_angle_deg with time each explain it" in said and "randomise the order" in said
     assert "so that nothing tells time from it" in said
 
 
