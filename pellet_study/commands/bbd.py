@@ -195,6 +195,7 @@ def _joint(told: dict, each: dict, warnings: list[str], parts: list[str]):
 
 def _design(arguments) -> dict:
     from pellet_study.doe import blocking, box_behnken
+    from pellet_study.doe.cautions import axial_cautions
     from pellet_study.doe.composite import composite_matrix
     from pellet_study.doe.factors import parse_factors
     from pellet_study.doe.run_sheet import run_sheet
@@ -214,6 +215,7 @@ def _design(arguments) -> dict:
         )
     if axial is not None:
         coded, blocks = composite_matrix(len(factors), axial, arguments.centre, arguments.fraction, arguments.blocks)
+        warn(axial_cautions(factors, float(abs(coded).max())))
     else:
         coded, blocks = box_behnken.coded_matrix(len(factors), arguments.centre), None
     matrix = columns_of(coded, quadratic_terms([factor.name for factor in factors]))

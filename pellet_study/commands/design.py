@@ -92,8 +92,9 @@ def run(arguments: argparse.Namespace) -> dict:
     answer = {
         "power": _power, "score": _score, "fold": _fold, "axial": _axial, "repair": _repair,
     }[arguments.verb](arguments, table)  # fmt: skip
-    warn(table.notes)
-    return {**answer, "warnings": table.notes}
+    warnings = [*table.notes, *answer.pop("warnings", [])]
+    warn(warnings)
+    return {**answer, "warnings": warnings}
 
 
 def _model(arguments, table) -> str:
@@ -166,6 +167,7 @@ def _axial(arguments, table) -> dict:
     from pellet_study.doe import design_text
     from pellet_study.doe.answers import plain
     from pellet_study.doe.augment import add_axial
+    from pellet_study.doe.cautions import axial_cautions
     from pellet_study.doe.factors import factor_meant, factors_meant, parse_levels
 
     kept = factors_meant(arguments.factors, table.names) if arguments.factors else None
@@ -182,8 +184,9 @@ def _axial(arguments, table) -> dict:
         )
     found = add_axial(table.names, table.coded, kept, arguments.axial, arguments.centre, held)
     say(design_text.axial_text(found, arguments.centre))
+    warnings = axial_cautions([named[name] for name in found.names], found.distance)
     others = [name for name in table.names if name not in found.names]
-    return {**plain(found), **_extend(arguments, table, found.added, "bbd", others, found.names)}
+    return {**plain(found), **_extend(arguments, table, found.added, "bbd", others, found.names), "warnings": warnings}
 
 
 def _repair(arguments, table) -> dict:

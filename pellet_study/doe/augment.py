@@ -76,7 +76,8 @@ def add_axial(
         If a name is no factor, fewer than two are kept, the runs are not at two levels, or a number is out of range.
     """
     coded = np.asarray(coded, dtype=float)
-    kept = list(names) if factors is None else list(dict.fromkeys(factor_meant(name, names) for name in factors))
+    meant = set(names if factors is None else (factor_meant(name, names) for name in factors))
+    kept = [name for name in names if name in meant]
     held = {factor_meant(name, names): level for name, level in (held or {}).items()}
     if len(kept) < 2 or centre_points < 0:
         raise InputError(

@@ -1,12 +1,15 @@
 """Numbers that contradict the model, said in words with what to do: curvature, lack of fit, a fit worse than the mean."""
 
 import shlex
+from collections.abc import Sequence
+from math import floor
 
 import numpy as np
 
 from pellet_study.doe.box_behnken import Surface
 from pellet_study.doe.confounding import hidden
 from pellet_study.doe.design_table import DesignTable
+from pellet_study.doe.factors import Factor
 from pellet_study.doe.fitted_response import FittedResponse
 from pellet_study.doe.fold_over import resolution
 from pellet_study.doe.plackett_burman import Screening
@@ -19,6 +22,26 @@ from pellet_study.doe.terms import interaction_terms
 def p_in_words(p: float) -> str:
     """p to four decimals, or below what they show."""
     return "p < 0.0001" if p < 1e-4 else f"p {p:.4f}"
+
+
+def axial_cautions(factors: Sequence[Factor], distance: float) -> list[str]:
+    """Axial points below zero of factors that are above it at both levels, as a time or a dose must be.
+
+    `distance` of the points from the centre, in coded units; the most that stays at zero or above is named.
+    """
+    found, most = [], distance
+    for factor in factors:
+        least = min(float(factor.physical(x)) for x in (-distance, distance))
+        if not factor.levels and least < 0 <= min(factor.low, factor.high):
+            found.append(f"{factor.name} {least:.6g}")
+            most = min(most, abs(factor.centre / factor.half_range))
+    if not found:
+        return []
+    inside = f", --axial {floor(100 * most) / 100:g} at zero or above" if most > 1 else ""
+    return [
+        f"an axial point lies below zero where all other runs do not: {', '.join(found)}; if there is no such level, --axial face "
+        f"keeps it within the levels given{inside}"
+    ]
 
 
 def level_cautions(table: DesignTable) -> list[str]:

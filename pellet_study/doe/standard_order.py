@@ -9,7 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pellet_study.doe.composite import composite_matrix
+from pellet_study.doe.composite import axial_points, composite_matrix
 from pellet_study.doe.design_table import DesignTable
 from pellet_study.doe.published_designs import TOGETHER, box_behnken_matrix
 from pellet_study.doe.screening_designs import GENERATORS, coded_matrix
@@ -57,6 +57,7 @@ def _plans(coded: np.ndarray, n_runs: int) -> Iterator[np.ndarray]:
     for size in GENERATORS:
         if n_factors < size:
             yield coded_matrix(n_factors, size, max(0, n_runs - size))
+            yield from _with_axial_points(coded_matrix(n_factors, size), n_runs, float(np.abs(coded).max()))
     if n_factors in TOGETHER:
         corners = len(box_behnken_matrix(n_factors, 1)) - 1
         yield box_behnken_matrix(n_factors, max(1, n_runs - corners))
@@ -68,6 +69,14 @@ def _plans(coded: np.ndarray, n_runs: int) -> Iterator[np.ndarray]:
                 yield composite_matrix(n_factors, float(np.abs(coded).max()), centre, fraction, n_blocks)[0]
             except InputError:  # there is none of so many factors in so many blocks
                 continue
+
+
+def _with_axial_points(corners: np.ndarray, n_runs: int, distance: float) -> Iterator[np.ndarray]:
+    """A screening to which axial points were added, whatever the number of its centre points and of those beside them."""
+    axial = axial_points(corners.shape[1], distance)
+    for centre in range(n_runs - len(corners) - len(axial) + 1):
+        rows = np.vstack([corners, np.zeros((centre, corners.shape[1])), axial])
+        yield np.vstack([rows, np.zeros((n_runs - len(rows), corners.shape[1]))])
 
 
 def _compared(coded: np.ndarray, plan: np.ndarray, words: np.ndarray) -> Departures | None:

@@ -1,5 +1,7 @@
 """Tables beside the design whose runs they number: the very cell, runs exchanged, columns under each other's headers."""
 
+import shlex
+
 import numpy as np
 import pandas as pd
 import pytest
@@ -51,6 +53,27 @@ def test_the_one_cell_is_named_where_the_runs_alone_leave_several(tmp_path, caps
     told = warnings_of(tmp_path, capsys, command, frame)
     assert f"column {name!r}, row {row + 2}: {high:g} where {low:g} is expected: by their standard_order" in told
     assert told.count("is expected") == 1
+
+
+def test_axial_points_added_to_a_screening_are_no_slips(tmp_path, capsys):
+    """Four of six factors go on, named in another order than the table's; a level typed wrong among the new runs is named."""
+    _, frame = sheet(tmp_path, "screening")
+    made, path = tmp_path / "made.csv", tmp_path / "axial.csv"
+    frame.to_csv(made, index=False)
+    words = ["--factors", "glue,T,p,t", "--axial", "1.5", "--seed", "2", "--output", str(path)]
+    assert main(["design", "axial", str(made), *words]) == 0
+    asked = capsys.readouterr().out.split("next: pellet-study ")[-1].splitlines()[0]
+    frame = pd.read_csv(path)
+    frame["response"] = frame["response"].fillna(50.0) + np.random.default_rng(1).normal(size=len(frame))
+    frame.to_csv(path, index=False)
+    assert main(shlex.split(asked)) == 0
+    assert "standard_order the runs have" not in capsys.readouterr().err
+    heat = next(name for name in frame if name.startswith("T"))
+    row = frame.index[frame[heat] > 130][0]
+    frame.loc[row, heat] = 122.5
+    frame.to_csv(path, index=False)
+    assert main(shlex.split(asked)) == 0
+    assert f"column {heat!r}, row {row + 2}: 122.5 where 137.5 is expected" in capsys.readouterr().err
 
 
 def test_two_runs_exchanged_are_named_cell_by_cell(tmp_path, capsys):

@@ -283,3 +283,22 @@ def test_a_target_out_of_reach_is_not_validated(surface_csv, capsys):
     assert "not reached" in (out := capsys.readouterr().out) and "--declare-margin" not in out
     assert main(["bbd", str(surface_csv), *LEVELS, "--target", "41"]) == 0
     assert "--declare-margin M" in capsys.readouterr().out
+
+
+def test_axial_points_below_zero_are_said_and_the_advice_keeps_them_above(tmp_path, capsys):
+    """Centre 6 h, half range 4 h: the rotatable distance, 2^(3/4) = 1.682, asks for -0.73 h; 1.5 for 0 h."""
+    path = tmp_path / "screening.csv"
+    corners = [(t, p, d, t + p + d) for t in (2, 10) for p in (-5, 8) for d in (5, 20)]
+    pd.DataFrame([*corners, (6, 1.5, 12.5, 20), (6, 1.5, 12.5, 21)], columns=["hours", "kelvin", "dose", "y"]).to_csv(
+        path, index=False
+    )
+    answer = run("design", "axial", path, "--output", tmp_path / "a.csv", tmp_path=tmp_path)
+    said = capsys.readouterr().err
+    assert "below zero" in said and "hours -0.727" in said and "dose -0.1134" in said and "kelvin" not in said
+    assert any("below zero" in warning for warning in answer["warnings"]) and "--axial 1.5 at zero or above" in said
+    for distance in ("1.5", "face"):
+        run("design", "axial", path, "--axial", distance, "--output", tmp_path / f"{distance}.csv", tmp_path=tmp_path)
+        assert "below zero" not in capsys.readouterr().err
+        assert pd.read_csv(tmp_path / f"{distance}.csv")[["hours", "dose"]].to_numpy().min() >= 0
+    assert main(["bbd", "--design", "A=1,5", "B=20,30", "--axial", "1.8", "--output", str(tmp_path / "b.csv")]) == 0
+    assert "A -0.6" in capsys.readouterr().err
