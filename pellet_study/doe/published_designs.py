@@ -193,9 +193,16 @@ def _exact(coded: np.ndarray) -> bool:
 
 
 def design_of(table) -> str:
-    """What design a table is (see `recognise`), by its factors that are not categorical where there are such."""
+    """What design a table is (see `recognise`).
+
+    A categorical factor has no middle: where the others are at theirs the run is a centre run, and of a design with more
+    than two levels the others alone tell the kind.
+    """
     numeric = [factor.name for factor in table.factors if not factor.levels] or table.names
-    return recognise(table.coded[numeric])
+    others = table.coded[numeric].to_numpy(dtype=float)
+    moved = (np.abs(others) > 1e-6).any(axis=1, keepdims=True)
+    every = np.where(moved, table.coded.to_numpy(dtype=float), 0.0)
+    return recognise(every if np.allclose(np.abs(every[moved[:, 0]]), 1) else others)
 
 
 def _two_level_name(runs: np.ndarray) -> str | None:

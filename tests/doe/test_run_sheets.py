@@ -235,3 +235,18 @@ def test_three_named_levels_are_analysed(tmp_path, capsys):
     assert answer["effects"]["T"] == pytest.approx(4, abs=0.05)
     assert answer["effects"]["catalyst[b]"] == pytest.approx(0, abs=0.05)
     assert {"effects", "anova", "coefficients", "r2", "r2_adjusted", "r2_predicted", "cv_percent", "lack_of_fit_p"} <= set(answer)  # fmt: skip
+
+
+def test_a_fraction_with_a_categorical_factor_is_no_full_factorial(tmp_path, capsys):
+    """Eight runs of four factors, one of them a gas: the other three alone are a full factorial, the four are not."""
+    path = tmp_path / "weld.csv"
+    words = ["gas=argon,co2", "current=100,200", "speed=2,6", "gap=0,2", "--runs", "8", "--centre", "2", "--seed", "3"]
+    assert main(["pb", "--design", *words, "--output", str(path)]) == 0
+    frame = pd.read_csv(path)
+    frame["response"] = np.random.default_rng(0).normal(420, 5, len(frame))
+    frame.to_csv(path, index=False)
+    capsys.readouterr()
+    assert main(["pb", str(path), "--factor", "gas=argon,co2"]) == 0
+    said = capsys.readouterr().out
+    assert said.startswith("Fractional factorial: 10 runs, 4 factors")
+    assert "design: orthogonal two-level design of 4 factors, 8 + 2 centre points" in said
