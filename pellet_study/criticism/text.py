@@ -278,7 +278,7 @@ def refinement_page(study: Study, refined: Refinement, steps: Sequence[dict]) ->
     """One page: the ladder and the last diagnosis."""
     added = ", ".join(refined.added) or "nothing"
     lines = [
-        f"{study.title}: added {added}; verdict {refined.verdict}",
+        f"{study.title}: added {added}; verdict {verdict_facts.headline(answers.diagnosis(refined.last))}",
         *assumed_lines(refined.study, steps[0]),
         "",
         *ladder(steps),

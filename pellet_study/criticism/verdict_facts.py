@@ -68,6 +68,13 @@ def heading(diagnosis: dict) -> str:
     )
 
 
+def headline(diagnosis: dict) -> str:
+    """A verdict where nothing more is said of it: with what speaks against one that leaves the model as it is."""
+    words = heading(diagnosis)
+    doubtful = diagnosis["verdict"] == Verdict.ADEQUATE and fit_facts.grade(diagnosis) == Grade.DOUBTFUL
+    return f"{words}, though the fit is doubtful" if doubtful and words == Verdict.ADEQUATE else words
+
+
 def nothing_next(diagnosis: dict) -> str:
     """Why no further measurement is proposed."""
     why = {
