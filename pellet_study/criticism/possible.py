@@ -69,7 +69,7 @@ def levels_of(rig: Rig, given: Mapping[str, Possible] | None, count: int) -> dic
             continue
         low, high = map(float, limits)
         between = np.geomspace(low, high, count) if low > 0 else np.linspace(low, high, count)
-        levels[condition] = between.tolist() if low < high else [low]  # to the last digit
+        levels[condition] = list(between.tolist()) if low < high else [low]  # to the last digit
     return levels
 
 

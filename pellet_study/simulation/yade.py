@@ -147,12 +147,13 @@ def environment(home: str, **more: str) -> dict[str, str]:
     """Environment for a YADE process: nothing of a virtual environment, no listening servers, one thread.
 
     YADE opens a python prompt and an XMLRPC server on every interface unless it believes to be a process of an MPI
-    run; OMPI_COMM_WORLD_RANK makes it believe so, from the start.
+    run; OMPI_COMM_WORLD_RANK makes it believe so, from the start. The message library under Debian 13's MPI takes SIGHUP for
+    itself, so that a process whose terminal is closed goes on; UCX_DEBUG_SIGNO=0 leaves the signal alone.
     """
     kept = {name: value for name, value in os.environ.items() if not name.startswith(LEAKS)}
     path = SYSTEM_PATH + ":" + os.environ.get("PATH", "")
     kept.update(HOME=home, PATH=path, LC_ALL="C.UTF-8", OMP_NUM_THREADS="1", OMPI_COMM_WORLD_RANK="0")
-    return {**kept, "PYTHONDONTWRITEBYTECODE": "1", **more}
+    return {**kept, "PYTHONDONTWRITEBYTECODE": "1", "UCX_DEBUG_SIGNO": "0", **more}
 
 
 def command(script: Path, *arguments: str) -> list[str]:

@@ -70,7 +70,7 @@ def test_the_scaling_of_the_surface_energy_reaches_the_simulations(tmp_path, mon
 def test_a_surface_of_heaps_knows_cohesion_by_its_surface_energy(tmp_path):
     """Friction known, one condition, heaps of 133 grains: the surface against heaps of other seeds at one of its points."""
     (tmp_path / "study.toml").write_text(
-        f'effort = 0.5\ncontact_law = "{HEAPS.contact_law}"\ncandidates = ["cohesion"]\n[parameters]\npowder_static_friction = 0.8\n',
+        'effort = 0.5\ncandidates = ["cohesion"]\n[parameters]\npowder_static_friction = 0.8\n',
         encoding="utf-8",
     )
     header = "rig,observable,value,sd,n,protocol,particle_diameter_um,amplification,powder_mass_g,outlet_height_mm"

@@ -12,7 +12,8 @@ from tests.faults.driver import paragraph
 from tests.helpers.make_study import incline
 
 BLOCKED = """
-import os, signal, sys
+import os, shutil, signal, sys
+shutil._use_fd_functions = False  # as the library has it where there is no os.fwalk
 for name in ("fcntl", "resource", "termios", "pwd", "grp"):
     sys.modules[name] = None
 for name in ("sched_getaffinity", "statvfs", "killpg", "O_NOFOLLOW", "O_NONBLOCK"):

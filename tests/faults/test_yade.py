@@ -253,4 +253,4 @@ def test_the_environment_of_another_python_does_not_reach_yade(monkeypatch):
         monkeypatch.setenv(name, "/nowhere")
     given = yade.environment("/somewhere")
     assert not [name for name, value in given.items() if value == "/nowhere"]
-    assert given["HOME"] == "/somewhere"
+    assert given["HOME"] == "/somewhere" and given["UCX_DEBUG_SIGNO"] == "0"
