@@ -49,7 +49,10 @@ PROPOSAL = {
     "conditions": "{condition: value} to set",
     "predictions": "{explanation: predicted reading}",
     "uncertainties": "{explanation: standard uncertainty of the prediction}",
-    "separation": "how far the predictions lie apart, in standard errors",
+    "separation": "of the two predictions farthest apart, in standard uncertainties of their difference",
+    "farthest": "the two explanations that predict these",
+    "least_separation": "of the two closest together",
+    "closest": "the two explanations that predict these",
     "units": "{name: unit}",
 }
 CURVE = {
@@ -246,6 +249,7 @@ CHECK = {
     "parameters[].possible": "[min, max] of what the rig takes",
     "effects": "names of the effects present",
     "candidates": "each effect that may be missing",
+    "no_candidate": "why there is none; empty where there is one",
     "candidates[].effect": "its name",
     "candidates[].means": "what it is",
     "candidates[].amount": "the parameter that is its amount",

@@ -133,7 +133,7 @@ def add(study: Study, effect: str, *, write: bool = False) -> Comparison:
             raise InputError(f"{effect} is in [effects] already")
         study = study.without_effect(effect)  # an `add` that was stopped after study.toml is finished
     if effect not in study.acting():
-        study.catalogue.effect(effect)
+        study.catalogue.effect(effect, rigs=study.rigs)
         raise InputError(
             f"{effect} acts in none of the rigs used ({', '.join(study.rigs)}){nearest(effect, study.acting())}"
         )

@@ -31,6 +31,6 @@ def run(arguments: argparse.Namespace) -> dict:
     say(answer.page)
     warn([*answer.warnings, *answer.unsaid], noted=answer.warnings)
     write_figures(arguments, lambda: draw_all(answer, arguments.width))
-    after = "diagnose" if fit_facts.doubted(answer.json) else "report"
+    after = "diagnose" if fit_facts.doubted(answer.json) and answer.study.absent() else "report"
     done(arguments.study / "compare.txt", f"{after} {named(arguments)}")
     return answer.json

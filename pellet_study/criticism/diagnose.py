@@ -221,7 +221,7 @@ def diagnose(
         rivals=(*chosen, *rest),
         warnings=(
             *prepared.warnings,
-            *_warnings(prepared, gated, verdict, propose and proposal is None),
+            *_warnings(study, prepared, gated, verdict, propose and proposal is None),
             *_unended(unended),
         ),
         outcomes=tuple(outcome_of(state, rival) for rival in chosen) if propose else (),
@@ -352,14 +352,14 @@ def _unended(names: Sequence[str]) -> list[str]:
     ]
 
 
-def _warnings(prepared: Prepared, gated: Gate, verdict: Verdict, nothing_to_measure: bool) -> list[str]:
+def _warnings(study: Study, prepared: Prepared, gated: Gate, verdict: Verdict, nothing_to_measure: bool) -> list[str]:
     """What the reader must know beside the verdict."""
     warnings = []
     if not prepared.names:
-        warnings.append("no absent effect acts in the rigs used: there is nothing to rank")
+        warnings.append(f"{study.why_none_absent()}; there is nothing to rank")
     if verdict == Verdict.TIED and nothing_to_measure:
         warnings.append("no measurement within the possible conditions separates the tied explanations")
-    if not gated.open and not prepared.comparison.fits:
+    if not gated.open and not prepared.comparison.fits and prepared.names:
         warnings.append("the model fails, but in no way that one of the candidates would make it fail")
     return warnings
 

@@ -7,7 +7,7 @@ step of `refine` or `history`), a diagnosis, a list of steps.
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 
-from pellet_study.criticism.verdicts import Note, Verdict
+from pellet_study.criticism.verdicts import SEPARATES, Note, Verdict
 from pellet_study.output.words import number
 from pellet_study.rigs.catalogue import Catalogue, Effect
 from pellet_study.rigs.declared import Condition
@@ -74,13 +74,20 @@ class Prediction:
 
 @dataclass(frozen=True)
 class Proposal:
-    """The next measurement; `separation` of the two explanations farthest apart, in standard uncertainties."""
+    """The next measurement; `separation` of the two explanations farthest apart, in standard uncertainties.
+
+    `farthest` and `closest` name two explanations, `least_separation` is that of the closest; an answer of an older version
+    has none of these.
+    """
 
     rig: str
     observable: str
     conditions: Mapping[str, Condition]
     predictions: tuple[Prediction, ...]
     separation: float
+    farthest: tuple[str, ...] = ()
+    least_separation: float | None = None
+    closest: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -186,8 +193,26 @@ def proposal(diagnosis: dict) -> Proposal | None:
         Prediction(name, value, proposed["uncertainties"][name]) for name, value in proposed["predictions"].items()
     )
     return Proposal(
-        proposed["rig"], proposed["observable"], proposed["conditions"], predictions, proposed["separation"]
+        proposed["rig"],
+        proposed["observable"],
+        proposed["conditions"],
+        predictions,
+        proposed["separation"],
+        tuple(proposed.get("farthest", ())),
+        proposed.get("least_separation"),
+        tuple(proposed.get("closest", ())),
     )
+
+
+def apart_words(proposed: Proposal) -> str:
+    """How far the explanations lie apart at the measurement proposed, and whether one reading tells all of them apart."""
+    pair = " and ".join(proposed.farthest) or "the two farthest apart"
+    words = f"{pair} differ by {proposed.separation:.1f} standard uncertainties"
+    if proposed.least_separation is None or len(proposed.predictions) < 3:
+        return words
+    if proposed.least_separation**2 >= SEPARATES:
+        return f"{words}, no two by less than {proposed.least_separation:.1f}"
+    return f"{words}, but {' and '.join(proposed.closest)} by {proposed.least_separation:.1f} only: one such reading leaves these alike"
 
 
 def ladder(steps: Sequence[dict]) -> list[Step]:

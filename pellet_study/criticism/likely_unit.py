@@ -8,6 +8,8 @@ from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import partial
 
+from scipy import stats
+
 from pellet_study.criticism.calibration import CalibratedStudy, fit_study
 from pellet_study.criticism.cell_means import cell_means
 from pellet_study.criticism.constancy import constancy_tests
@@ -21,6 +23,7 @@ from pellet_study.study.ranges import limits
 from pellet_study.study.units import in_unit, other_units
 
 Rows = tuple[Measurement, ...]
+TOO_WELL = 1e-4  # p of so small a chi2, below which an sd is too large to be in that unit
 
 
 @dataclass(frozen=True)
@@ -111,7 +114,9 @@ def _refitted(state: CalibratedStudy, changed: Callable[[Measurement], Measureme
     except (InputError, ArithmeticError, ValueError):
         return None
     fits = not any(refitted.fit.at_bound) and _grade(refitted) == Grade.FITS
-    return refitted.fit.chi2 if refitted.cells.scale_known and fits else None
+    dof = len(refitted.cells.case) - len(refitted.fit.problem.free)
+    by_chance = dof < 1 or stats.chi2.cdf(refitted.fit.chi2, dof) > TOO_WELL
+    return refitted.fit.chi2 if refitted.cells.scale_known and fits and by_chance else None
 
 
 def _possible(rows: Rows, state: CalibratedStudy) -> bool:

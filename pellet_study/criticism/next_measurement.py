@@ -16,15 +16,19 @@ from pellet_study.criticism.calibration import CalibratedStudy, reduced_chi2
 from pellet_study.criticism.least_squares import Fit
 from pellet_study.criticism.possible import FEW_LEVELS, needs_simulation, possible_cases
 from pellet_study.criticism.predictions import predictions, reading_uncertainty
+from pellet_study.criticism.verdicts import SEPARATES
 from pellet_study.rigs.declared import Condition
 
-SEPARATES = 4.0  # squared distance of rivals in standard errors, from which a measurement is worth its while
 UNLIKELY = 8.0  # chi2 behind the best beyond which a rival, one fiftieth as likely, loses no more weight
 
 
 @dataclass(frozen=True)
 class NextMeasurement:
-    """What to measure, and what each rival predicts there (with its own uncertainty and that of the reading)."""
+    """What to measure, and what each rival predicts there (with its own uncertainty and that of the reading).
+
+    `separation` of the two that lie `farthest` apart, `least_separation` of the two that lie `closest`, in standard
+    uncertainties of their difference.
+    """
 
     rig: str
     observable: str
@@ -32,6 +36,9 @@ class NextMeasurement:
     predictions: dict[str, float]
     uncertainties: dict[str, float]
     separation: float
+    farthest: tuple[str, str]
+    least_separation: float
+    closest: tuple[str, str]
 
 
 def next_measurement(state: CalibratedStudy, rivals: Mapping[tuple[str, ...], Fit]) -> NextMeasurement | None:
@@ -49,16 +56,18 @@ def next_measurement(state: CalibratedStudy, rivals: Mapping[tuple[str, ...], Fi
     weights = np.exp(-0.5 * np.minimum(worse, UNLIKELY))
     weights /= weights.sum()
     sigma = reading_uncertainty(state, cases, means[0])
-    gain, separation = np.zeros(len(cases)), np.zeros(len(cases))
-    for a, b in combinations(range(len(fits)), 2):
-        d = np.nan_to_num((means[a] - means[b]) ** 2 / (sigma**2 + variances[a] + variances[b]))
-        gain += weights[a] * weights[b] * d
-        separation = np.maximum(separation, d)
+    apart = {
+        (a, b): np.nan_to_num((means[a] - means[b]) ** 2 / (sigma**2 + variances[a] + variances[b]))
+        for a, b in combinations(range(len(fits)), 2)
+    }
+    gain = sum((weights[a] * weights[b] * d for (a, b), d in apart.items()), np.zeros(len(cases)))
     limits = [state.study.catalogue.rigs[c.rig].readable.get(c.observable, (-np.inf, np.inf)) for c in cases]
     readable = [all(low <= m <= high for m in means[:, k]) for k, (low, high) in enumerate(limits)]
     gain = np.where(readable, gain, -1.0)
     best = int(np.argmax(gain))
-    if gain[best] < 0 or separation[best] < SEPARATES:
+    there = {pair: float(d[best]) for pair, d in apart.items()}
+    farthest, closest = max(there, key=there.__getitem__), min(there, key=there.__getitem__)
+    if gain[best] < 0 or there[farthest] < SEPARATES:
         return None
     labels = [" + ".join(names) for names in rivals]
     return NextMeasurement(
@@ -67,5 +76,8 @@ def next_measurement(state: CalibratedStudy, rivals: Mapping[tuple[str, ...], Fi
         conditions=dict(cases[best].conditions),
         predictions=dict(zip(labels, map(float, means[:, best]), strict=True)),
         uncertainties=dict(zip(labels, map(float, np.sqrt(variances[:, best] + sigma[best] ** 2)), strict=True)),
-        separation=float(np.sqrt(separation[best])),
+        separation=there[farthest] ** 0.5,
+        farthest=(labels[farthest[0]], labels[farthest[1]]),
+        least_separation=there[closest] ** 0.5,
+        closest=(labels[closest[0]], labels[closest[1]]),
     )

@@ -216,6 +216,7 @@ def answer_lines(study: Study, diagnosed: Diagnosis) -> list[str]:
     proposal = facts.proposal(answer)
     if proposal is not None:
         lines += ["", f"NEXT   {next_words(proposal)}"]
+        lines += [f"       there {facts.apart_words(proposal)}"] if len(proposal.predictions) > 2 else []
     return lines
 
 
@@ -240,6 +241,14 @@ def errors_table(answer: dict) -> list[str]:
     return lines
 
 
+def gate_lines(diagnosed: Diagnosis) -> list[str]:
+    """Whether any candidate is needed; nothing where there is none."""
+    if not diagnosed.ranking:
+        return []
+    needed = f"       is any candidate needed? p {probability(diagnosed.gate_p)} over all candidates together"
+    return [f"{needed}; one is below {diagnosed.gate:g}"]
+
+
 def diagnosis_page(study: Study, diagnosed: Diagnosis, assumed: bool = True) -> str:
     """One page: where it fails, the ranking, the answer; what is assumed on top unless that stands above it."""
     comparison = answers.comparison(diagnosed.comparison)
@@ -248,12 +257,10 @@ def diagnosis_page(study: Study, diagnosed: Diagnosis, assumed: bool = True) -> 
         *(assumed_lines(study, comparison) if assumed else []),
         *graded_lines(comparison),
         *noise_lines(comparison),
-        f"       is any candidate needed? p {probability(diagnosed.gate_p)} over all candidates together; one is below "
-        f"{diagnosed.gate:g}",
+        *gate_lines(diagnosed),
         *(f"{'       ' if k else 'WHERE  '}{words}" for k, words in enumerate(fit_facts.failures(comparison)[:4])),
         "",
-        *ranking_table(study.catalogue, answers.diagnosis(diagnosed)),
-        "",
+        *([*ranking_table(study.catalogue, answers.diagnosis(diagnosed)), ""] if diagnosed.ranking else []),
         *answer_lines(study, diagnosed),
     ]
     return fold([*lines, *warning_lines(diagnosed.warnings)])

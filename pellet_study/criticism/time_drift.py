@@ -12,6 +12,7 @@ and the readings about their cell means, in standard errors; s what the drift le
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from scipy import stats
@@ -106,18 +107,12 @@ def _drift(
     along_it, square = float(seen @ residual), float(seen @ seen)
     squares = float(np.square(residual[mine]).sum())
     spare = float((1 - np.square(basis).sum(axis=1))[mine].sum()) - 1
-    spreads = dict(zip(map(id, state.study.rows), reading_sd(state.study), strict=True))
-    for cell in cells:
-        own = [row for row in cell if id(row) in shift]
-        if len(own) < 2:
-            continue
-        weight = np.array([row.n / (spreads[id(row)] or 1.0) ** 2 for row in own])
-        value, place = np.array([row.value for row in own]), np.array([shift[id(row)] for row in own])
-        value, place = value - weight @ value / weight.sum(), place - weight @ place / weight.sum()
-        along_it += float(weight @ (place * value))
-        square += float(weight @ place**2)
-        squares += float(weight @ value**2)
-        spare += len(own) - 1
+    within = _within(cells, shift, dict(zip(map(id, state.study.rows), reading_sd(state.study), strict=True)))
+    scale = _scale(state, within, shift)
+    along_it += within.along / scale**2
+    square += within.square / scale**2
+    squares += within.squares / scale**2
+    spare += within.spare
     if square < 1e-12:
         return None
     stated = all(row.sd is not None for cell in cells for row in cell if id(row) in shift)
@@ -129,6 +124,47 @@ def _drift(
     else:
         return None
     return along_it / square**0.5 / unit, dof, along_it / square, unit / square**0.5
+
+
+class _Within(NamedTuple):
+    """Sums over the readings about their cell means, in their own sd: order by reading, order and reading squared, freedom."""
+
+    along: float
+    square: float
+    squares: float
+    spare: int
+
+
+def _within(
+    cells: Sequence[Sequence[Measurement]], shift: Mapping[int, float], spreads: Mapping[int, float | None]
+) -> _Within:
+    """What the readings of one cell, taken one after the other, tell of a drift."""
+    found = _Within(0.0, 0.0, 0.0, 0)
+    for cell in cells:
+        own = [row for row in cell if id(row) in shift]
+        if len(own) < 2:
+            continue
+        weight = np.array([row.n / (spreads[id(row)] or 1.0) ** 2 for row in own])
+        value, place = np.array([row.value for row in own]), np.array([shift[id(row)] for row in own])
+        value, place = value - weight @ value / weight.sum(), place - weight @ place / weight.sum()
+        sums = (weight @ (place * value), weight @ place**2, weight @ value**2, len(own) - 1)
+        found = _Within(*(a + b for a, b in zip(found, sums, strict=True)))
+    return found
+
+
+def _scale(state: CalibratedStudy, within: _Within, shift: Mapping[int, float]) -> float:
+    """How many times its sd a reading scatters about its cell mean, where replicates contradict the stated one; else 1.
+
+    As the drift leaves them scattered; where they are so few that any drift takes all of their scatter, all of it.
+    """
+    rows = [row for row in state.study.rows if id(row) in shift and row.sd is not None]
+    times = max((state.cells.contradicted.get((row.rig, row.observable), 1.0) for row in rows), default=1.0)
+    if times <= 1 or within.square <= 0:
+        return 1.0
+    if within.spare < 2:
+        return float(times)
+    left = max(within.squares - within.along**2 / within.square, 0.0) / (within.spare - 1)
+    return float(max(1.0, left**0.5))
 
 
 def along(rows: Sequence[Measurement]) -> tuple[str, ...]:

@@ -37,6 +37,7 @@ def understood(study: Study) -> dict[str, Any]:
         "parameters": _parameters(study),
         "effects": list(study.effects),
         "candidates": [_candidate(study, name, noticed) for name in study.absent()],
+        "no_candidate": study.why_none_absent(),
         "assumed": study.assumed,
         "advice": [*trouble, *_advice(study)],
         "warnings": list(study.remarks),
@@ -180,7 +181,7 @@ def understood_page(answer: dict[str, Any]) -> str:
     lines += ["", "candidates, absent from the model, that these rows could be asked for:"]
     for candidate in answer["candidates"]:
         lines += _candidate_lines(candidate)
-    lines += [] if answer["candidates"] else ["  none acts in the rigs used"]
+    lines += [] if answer["candidates"] else [f"  none: {answer['no_candidate']}"]
     notes = [*answer["warnings"], *answer["advice"]]
     return fold([*lines, *([""] if notes else []), *(f"NOTE   {note}" for note in notes)])
 

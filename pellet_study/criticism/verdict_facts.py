@@ -9,11 +9,12 @@ from pellet_study.criticism.verdicts import Grade, Note, Verdict
 from pellet_study.output.words import number, probability
 
 UNSEEN = (Note.WRONG_SIGN, Note.NOT_SHOWN, Note.NOT_SIMULATED)
-MISSING, TIED, PAIRED, EXPLAINS, IMPLAUSIBLE, REFUSED, NOT_NEEDED, NOT_SEEN = (
+MISSING, TIED, PAIRED, EXPLAINS, AS_TIME, IMPLAUSIBLE, REFUSED, NOT_NEEDED, NOT_SEEN = (
     "missing",
     "tied",
     "explains only together with another",
     "explains, but clearly less well",
+    "explains, as a drift with time does",
     "only at an implausible size",
     "does not explain",
     "not needed",
@@ -37,6 +38,8 @@ def standing(diagnosis: dict, suspect: dict) -> str:
         return NOT_SEEN
     if diagnosis["verdict"] == Verdict.ADEQUATE:
         return NOT_NEEDED
+    if diagnosis["verdict"] == Verdict.UNEXPLAINED and suspect["explains"]:
+        return AS_TIME if diagnosis.get("by_time") else REFUSED
     return EXPLAINS if suspect["explains"] else REFUSED
 
 
@@ -102,6 +105,8 @@ def verdict(diagnosis: dict) -> str:
             words = facts.limited_words(diagnosis) or "a fit on which the answer rests did not end (see the notes)"
         case Verdict.UNEXPLAINED:
             words = "the model fails, and no candidate of a plausible size repairs it"
+            if not diagnosis["ranking"]:
+                words = "the model fails, and there is no candidate that could repair it"
         case _:
             return fit_facts.adequacy({**(diagnosis.get("present") or {}), **diagnosis})
     return words + held_out_too(diagnosis)
@@ -152,6 +157,8 @@ def beside(diagnosis: dict) -> list[str]:
 def fit_too(diagnosis: dict) -> str:
     """What to do before the next command where the rows held out contradict the model and could tell more; else empty."""
     found = diagnosis["fitted_too"]
+    if found is not None and found.get("drifting"):
+        return ""
     if found is not None:
         return f"set split to fit in the rows {facts.places(found['conditions'])}"
     judged = [rival["holdout_contradicts"] for rival in diagnosis.get("rivals") or []]

@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from enum import StrEnum
 
+SEPARATES = 4.0  # squared distance of predictions in standard errors, from which a measurement tells them apart
+
 
 class Verdict(StrEnum):
     """Is an effect missing?"""

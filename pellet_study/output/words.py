@@ -45,10 +45,10 @@ def shown(text: str) -> str:
     return plain(" ".join(text.split()))
 
 
-def nearest(given: object, accepted: Iterable[str], all_in: str = "") -> str:
+def nearest(given: object, accepted: Iterable[str], most: int = HANDFUL) -> str:
     """`; accepted are b, a, c; did you mean b?` for an error message: what is near first, the others by the alphabet.
 
-    Of many the handful that is most like what was given; `all_in` says where all of them stand.
+    Of more than `most` those that are most like what was given.
     """
     names = sorted(accepted)
     if not names:
@@ -57,9 +57,8 @@ def nearest(given: object, accepted: Iterable[str], all_in: str = "") -> str:
     by_likeness = sorted(names, key=lambda name: -SequenceMatcher(None, str(given), name).ratio())
     rest = by_likeness if len(names) > HANDFUL else names
     listed = list(dict.fromkeys([*near, *rest]))
-    shown = listed if len(listed) <= HANDFUL + 1 else listed[:HANDFUL]
+    shown = listed if len(listed) <= most + 1 else listed[:most]
     more = f" and {len(listed) - len(shown)} more" if len(listed) > len(shown) else ""
-    more += f" ({all_in})" if more and all_in else ""
     return f"; accepted are {', '.join(shown)}{more}{did_you_mean(given, names)}"
 
 

@@ -74,7 +74,7 @@ def first_rows(study: Study) -> Table:
     known = list(dict.fromkeys(name for row in study.rows for name in row.parameters))
     used = dict(zip(map(id, study.rows), used_sds(study.rows), strict=True))
     head = ["rig", "observable", "value", "sd", "n", *(declared(c, units) for c in conditions)]
-    head += [*USED, *(declared(name, units) for name in known), "split", "reason", "note"]
+    head += [*USED, *(declared(name, units) for name in known), "order", "split", "reason", "note"]
     rows = [
         [
             row.rig,
@@ -87,6 +87,7 @@ def first_rows(study: Study) -> Table:
             row.setup,
             number(row.setup_sd, 3) if row.setup_sd else "",
             *(number(row.parameters.get(name)) for name in known),
+            "" if row.order is None else f"{row.order:g}",
             row.split,
             row.reason,
             row.note,
@@ -104,7 +105,7 @@ def first_rows(study: Study) -> Table:
         [head[k] for k in kept],
         [[row[k] for k in kept] for row in rows],
         [m for m, k in enumerate(kept) if 2 <= k < len(head) - 3 and head[k] not in ("setup", "sd used")],
-        caption + " of measurements.csv (conditions, split and note are left out where they never change)",
+        caption + " of measurements.csv (a column that never changes is left out)",
     )
 
 

@@ -149,12 +149,12 @@ def next_measurement(study: Study, diagnoses: Sequence[dict[str, Any]]) -> NextP
     )
     return NextPart(
         words=f"{proposal.rig}, {declared(proposal.observable, units)}, at {where}: {rivals}. "
-        f"The two best differ there by {proposal.separation:.1f} standard uncertainties.",
+        f"There {facts.apart_words(proposal)}.",
         pictures=[
             picture(
                 figures.next_measurement(proposing["next_measurement"], study.acting()),
                 "what each explanation predicts for the proposed measurement",
-                "One such reading tells the explanations apart that these data leave alike.",
+                "What each explanation predicts for one such reading; bars: ± 2 standard uncertainties, that of the reading included.",
             )
         ],
     )

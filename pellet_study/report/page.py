@@ -12,7 +12,7 @@ from jinja2 import Environment, PackageLoader, StrictUndefined
 
 import pellet_study
 from pellet_study.bench.readings import readings
-from pellet_study.criticism import verdict_facts
+from pellet_study.criticism import fit_facts, verdict_facts
 from pellet_study.criticism.facts import model_name
 from pellet_study.errors import InputError
 from pellet_study.files import opening, writing
@@ -140,6 +140,8 @@ def _content(
     shown = steps or ([compared] if compared else [])
     return {
         "title": study.title,
+        "headline": _headline(study, shown),
+        "simulates": any(study.catalogue.rigs[rig].on_yade for rig in study.rigs),
         "place": folder.as_posix(),
         "named": _named(study, folder),
         "rigs": study.rigs,
@@ -169,6 +171,13 @@ def _stages(study: Study, folder: Path) -> list[Stage]:
     return bench_stages(folder) + powder_stages(powder_beside(folder), measured_angle(study))
 
 
+def _headline(study: Study, shown: Sequence[Answer]) -> str:
+    """The title, with what the rows held out say against the model as it is left."""
+    if shown and fit_facts.held_out_contradict(shown[-1]):
+        return f"{study.title}: contradicted by the rows held out"
+    return study.title
+
+
 def _around(study: Study, folder: Path, inner: Mapping[str, Any]) -> dict[str, Any]:
     """What is said of a study whose folder holds the one that was criticised: its stages come first."""
     stages, model = _stages(study, folder), f"{inner['title']} ({inner['place']})"
@@ -176,6 +185,8 @@ def _around(study: Study, folder: Path, inner: Mapping[str, Any]) -> dict[str, A
     repeat = _repeat(study, folder, {stage.kind for stage in stages})
     return {
         "title": study.title,
+        "headline": study.title,
+        "simulates": True,
         "place": folder.as_posix(),
         "named": _named(study, folder),
         "rigs": study.rigs,

@@ -2,7 +2,7 @@
 
 import importlib
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cache
 from pathlib import Path
@@ -56,10 +56,11 @@ class Catalogue:
             )
         return self.rigs[name]
 
-    def effect(self, name: str, where: str = "") -> Effect:
-        """The effect of that name, or InputError with the nearest name."""
+    def effect(self, name: str, where: str = "", rigs: Iterable[str] | None = None) -> Effect:
+        """The effect of that name, or InputError with the nearest name, of those that act in some rigs where these are named."""
         if name not in self.effects:
-            raise InputError(f"{where}effect {name!r} is unknown{nearest(name, self.effects)}")
+            acting = self.effects if rigs is None else dict.fromkeys(e for rig in rigs for e in self.acting(rig))
+            raise InputError(f"{where}effect {name!r} is unknown{nearest(name, acting)}")
         return self.effects[name]
 
 

@@ -1,7 +1,8 @@
 """Rigs and effects of the user's own as they are called: their mistakes are told with file and line."""
 
 import traceback
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from dataclasses import replace
 from functools import wraps
 from pathlib import Path
@@ -13,7 +14,7 @@ from pellet_study.errors import InputError, StudyError
 from pellet_study.output.words import nearest, number
 from pellet_study.rigs.catalogue import Catalogue, standard
 from pellet_study.rigs.declared import Acting, Effect, Rig
-from pellet_study.study.continuity import refuse_jumps
+from pellet_study.study.continuity import refuse_idle, refuse_jumps
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.scene_trials import refuse_jumps_in_scenes
 
@@ -63,7 +64,8 @@ def check_on_rows(catalogue: Catalogue, rows: Sequence[Measurement], settings: M
         without = rig.predict(parameters, conditions, {})
         for effect in effects:
             absent = {p: np.full((2, 1), value) for p, value in effect.neutral().items()}
-            present = rig.predict(parameters, conditions, {effect.name: Acting(effect.closed_form[name], absent)})
+            with _blaming(effect):
+                present = rig.predict(parameters, conditions, {effect.name: Acting(effect.closed_form[name], absent)})
             for observable in rig.observables:
                 before, after = (np.broadcast_to(found[observable], shape)[0] for found in (without, present))
                 worst = int(np.argmax(np.abs(after - before)))
@@ -73,7 +75,20 @@ def check_on_rows(catalogue: Catalogue, rows: Sequence[Measurement], settings: M
                         f"{effect.neutral()[effect.amount]:g} it makes {observable} of {name} {after[worst]:.6g} instead "
                         f"of {before[worst]:.6g}; at `absent` an effect must change nothing"
                     )
-            refuse_jumps(rig, effect, conditions, settings)
+            with _blaming(effect):
+                refuse_jumps(rig, effect, conditions, settings)
+            refuse_idle(rig, effect)
+
+
+@contextmanager
+def _blaming(effect: Effect) -> Iterator[None]:
+    """Where a rig fails with an effect that it has no fault without, the effect's file is named first."""
+    try:
+        yield
+    except InputError as error:
+        if str(error).startswith(str(effect.file)):
+            raise
+        raise InputError(f"{effect.file}: with {effect.name}, and not without it, {error}") from error
 
 
 def checked_rig(rig: Rig, file: Path) -> Rig:
@@ -87,7 +102,8 @@ def checked_rig(rig: Rig, file: Path) -> Rig:
                 f"{file}: predict returned {returned or 'nothing'}; expected a dictionary with {', '.join(rig.observables)}"
             )
         values = {f"{e}.{p}": v for e, (_, of_effect) in effects.items() for p, v in of_effect.items()}
-        given = {**parameters, **conditions, **values}
+        own = {name: value for name, value in conditions.items() if name in rig.conditions or np.ndim(value)}
+        given = {**parameters, **own, **values}
         return {o: _numbers(found[o], f"{file}: predict: {o}", given) for o in rig.observables}
 
     def normal_stress(conditions: Mapping, value: float) -> Any:

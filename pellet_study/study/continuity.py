@@ -1,4 +1,4 @@
-"""Does an effect of the user's own grow continuously from `absent`? Tried on a study's rows, in closed forms.
+"""Does an effect of the user's own change anything, and continuously from `absent`? Tried on a study's rows, in closed forms.
 
 What the rig does by itself is no fault of the effect: a jump counts where the rig's parameters and conditions, moved alone, make none
 of that size nearby nor one from the same value to the same value anywhere, steps where they make none as large.
@@ -14,6 +14,8 @@ from pellet_study.rigs.declared import Acting, Effect, Rig
 from pellet_study.study.jumps import NEAR, POINTS, Curve, Jump, grid_of, jumps_of, one_row, step_of, where_it_moves
 
 MOST_ROWS = 8
+SETTINGS, ROWS_TRIED = 8, 64  # of a rig's parameters and of its conditions, at which an effect must change something
+IDLE = 1e-11  # relative change of a prediction, below which an effect changes nothing
 SEEN = 1e-6  # of the prediction: an effect that changes less is not judged
 SHARE = 1e-3  # of an effect's whole change: a smaller jump is not told from what solvers leave
 SMALL = 0.02  # of an effect's whole change: a jump away from `absent` below this and `LARGE` may be a solver's
@@ -44,6 +46,37 @@ def refuse_jumps(rig: Rig, effect: Effect, conditions: Mapping[str, Any], settin
     for name in effect.parameters:
         for observable in rig.observables:
             trial.look(name, observable)
+
+
+def refuse_idle(rig: Rig, effect: Effect) -> None:
+    """Refuse an effect that changes no reading, whatever the rig's parameters and conditions: no measurement could show it.
+
+    Raises
+    ------
+    InputError : names the effect and the rig
+    """
+    random = np.random.default_rng(0)
+    amount, high = effect.amount, effect.parameters[effect.amount]["max"]
+    low, neutral = effect.parameters[amount]["min"], effect.neutral()[amount]
+    values = {n: np.full((SETTINGS, 1), q.get("default", high)) for n, q in effect.parameters.items()}
+    values[amount] = np.full((SETTINGS, 1), high if high != neutral else low)
+    parameters = {n: random.uniform(q["min"], q["max"], (SETTINGS, 1)) for n, q in rig.parameters.items()}
+    conditions = {
+        n: random.choice(q["options"], ROWS_TRIED) if "options" in q else random.uniform(q["min"], q["max"], ROWS_TRIED)
+        for n, q in rig.conditions.items()
+    } | {"median_normal_stress_pa": 1.0}
+    assert rig.predict is not None
+    acting = {effect.name: Acting(effect.closed_form[rig.name], values)}
+    try:
+        found, without = (rig.predict(parameters, conditions, present) for present in (acting, {}))
+    except InputError:  # somewhere in its ranges the rig has no answer: nothing is said
+        return
+    if all(np.allclose(found[o], without[o], rtol=IDLE, atol=0.0, equal_nan=True) for o in rig.observables):
+        raise InputError(
+            f"{effect.file}: {effect.name} changes no reading of {rig.name}: with {amount} = {values[amount][0, 0]:g} it predicts what "
+            f"it does without, under all of {SETTINGS * ROWS_TRIED} conditions; look at what its act does and where predict of "
+            f"{rig.name} asks for it, or leave {rig.name} out of CLOSED_FORM"
+        )
 
 
 class _Trial:

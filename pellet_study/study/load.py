@@ -1,6 +1,6 @@
 """A study folder read and checked: study.toml, its measurements, and effects and rigs of the user's own."""
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -111,7 +111,7 @@ def assembled(
         parameters=_parameters(file, table(file, given, "parameters"), catalogue, rigs),
         effects=_effects(file, table(file, given, "effects"), catalogue),
         catalogue=catalogue,
-        candidates=_candidates(file, given.get("candidates"), catalogue),
+        candidates=_candidates(file, given.get("candidates"), catalogue, rigs),
         possible=possible,
         contact_law=law,
         surface_energy_scaling=choice(file, given, "surface_energy_scaling", SCALINGS) or "bond_number",
@@ -186,13 +186,13 @@ def _unusual(effect: Effect, given: Mapping[str, Setting]) -> list[str]:
     return [f"{effect.name}: {said}" for said in words if said]
 
 
-def _candidates(file: Path | str, given: Any, catalogue: Catalogue) -> tuple[str, ...] | None:
+def _candidates(file: Path | str, given: Any, catalogue: Catalogue, rigs: Sequence[str]) -> tuple[str, ...] | None:
     if given is None:
         return None
     if not isinstance(given, list) or not all(isinstance(name, str) for name in given):
         raise InputError(f"{file}: candidates: expected a list of effect names, got {given!r}")
     for name in given:
-        catalogue.effect(name, f"{file}: candidates: ")
+        catalogue.effect(name, f"{file}: candidates: ", rigs)
     return tuple(dict.fromkeys(given))
 
 

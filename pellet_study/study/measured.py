@@ -36,7 +36,7 @@ def measured(folder: Path, file: Path, library: Path | None = None) -> tuple[Mea
     InputError : the rows cannot be used, alone or together with those there are; nothing is written
     """
     everything, there = catalogue_of(folder, library), measurements_of(folder)
-    new = read(file, everything)
+    new = read(file, everything, "--measure names it")
     refuse_sizes(file, new)
     form, old_table = rows.read(there, "`measurements` in study.toml names it", ENCODINGS)
     if not form.separator:

@@ -27,6 +27,7 @@ COLUMNS = {  # what a file may have besides the conditions and parameters of its
     "note": "free text, kept",
     "resolution": "smallest step of the instrument, in the observable's unit: the least sd of a reading",
 }
+MOST_COLUMNS = 24  # that a message lists
 REQUIRED = ("rig", "observable", "value")
 SPLITS = ("fit", "holdout", "leave_out")
 TEXTS = ("rig", "observable", "value", "setup", "split", "reason", "note")  # where * or / is no blank
@@ -61,14 +62,16 @@ class Measurement:
     assumed: tuple[str, ...] = ()
 
 
-def read(file: Path, catalogue: Catalogue) -> tuple[Measurement, ...]:
-    """The rows of a measurements file.
+def read(
+    file: Path, catalogue: Catalogue, named_by: str = "`measurements` in study.toml names it"
+) -> tuple[Measurement, ...]:
+    """The rows of a measurements file; `named_by` says who named it, where there is none.
 
     Raises
     ------
     InputError : names the file, the line, what was given and what is accepted
     """
-    form, table = rows.read(file, "`measurements` in study.toml names it", ENCODINGS)
+    form, table = rows.read(file, named_by, ENCODINGS)
     first, header = next(table, (1, None))
     if header is None:
         names = ", ".join(REQUIRED)
@@ -111,18 +114,13 @@ def _check_header(
         of_rigs = {n for rig in rigs for n in (*catalogue.rigs[rig].conditions, *catalogue.rigs[rig].parameters)}
         raise InputError(
             f"{file}: line {first}: column {unknown!r} is unknown{' in ' + ', '.join(rigs) if rigs else ''}"
-            f"{nearest(unknown, {*COLUMNS, *of_rigs} if rigs else accepted, _all_of(rigs))}"
+            f"{nearest(unknown, {*COLUMNS, *of_rigs} if rigs else accepted, MOST_COLUMNS)}"
         )
     missing = [name for name in REQUIRED if name not in header]
     if missing:
         raise InputError(
             f"{file}: line {first}: column {', '.join(missing)} is missing; given were {', '.join(header)}"
         )
-
-
-def _all_of(rigs: Sequence[str]) -> str:
-    """Where all columns of some rigs stand."""
-    return f"`pellet-study init NEW --rig {rigs[0]}` writes a study with all of them" if rigs else ""
 
 
 def _rigs_of(file: Path, header: list[str], catalogue: Catalogue, table: Iterator[tuple[int, list[str]]]) -> list[Rig]:

@@ -60,8 +60,11 @@ def _files(folder: Path) -> Iterator[Path]:
         folders[:] = [] if deep else sorted(name for name in folders if _entered(below / name))
         for name in sorted(names):
             file = below / name
-            text_of_code = name.endswith(".py.txt") or (name.endswith(".txt") and file.parent.name in PLACES.values())
-            if name.endswith(".py") or text_of_code:
+            ending = file.suffix.lower()
+            text_of_code = name.lower().endswith(".py.txt") or (
+                ending in ("", ".txt") and file.parent.name in PLACES.values()
+            )
+            if ending == ".py" or text_of_code:
                 if file.is_file() and not file.is_symlink() and file.stat().st_size < LARGEST:
                     yield file
 

@@ -168,6 +168,17 @@ class Study:
         names = self.acting() if self.candidates is None else self.candidates
         return [name for name in names if name not in self.effects and not self.refusal(name)]
 
+    def why_none_absent(self) -> str:
+        """Why diagnose has no effect to consider, in words; "" where it has one."""
+        if self.absent():
+            return ""
+        left = [name for name in self.acting() if name not in self.effects]
+        if not self.acting():
+            return "no effect acts in the rigs used: put what the model may lack into effects/, a file an effect"
+        if not left:
+            return "every effect that acts in the rigs used is in the model already"
+        return f"`candidates` in study.toml leaves out every effect that could be asked for: {', '.join(left)}"
+
     def refusal(self, effect: str) -> str:
         """Why the study's contact law cannot have an effect in a rig used; "" where it can."""
         not_with = self.catalogue.effects[effect].not_with

@@ -257,3 +257,24 @@ def test_an_effect_whose_rig_has_no_file_says_that_the_rig_is_missing(tmp_path, 
     assert (
         "'drop', a rig that comes neither with the package nor with a file of rigs/" in said and "rigs/drop.py" in said
     )
+
+
+def test_an_effect_that_changes_nothing_anywhere_is_refused_and_one_that_does_elsewhere_is_not(tmp_path, capsys):
+    """A slip in the name of a place: no measurement could show it. One that acts above 500 Pa only is an effect."""
+    assert main(["check", str(study(tmp_path / "idle", "shear + 0.0 * np.asarray(x)"))]) == 2
+    said = capsys.readouterr().err
+    assert "suction changes no reading of layer_on_incline" in said and "CLOSED_FORM" in said
+    elsewhere = "shear + x * np.maximum(normal - 500.0, 0.0) / 500.0"
+    assert main(["check", str(study(tmp_path / "elsewhere", elsewhere))]) == 0
+
+
+def test_a_nan_that_an_effect_makes_is_told_of_the_effect(tmp_path, capsys):
+    """The rig of the study's own is without fault: it is the effect's file that is named first."""
+    made = tmp_path / "s"
+    assert main(["init", str(made), "--rig", "cup"]) == 0
+    file = made / "effects" / "cup_offset.py"
+    file.write_text(file.read_text().replace('values["offset_mm"]', 'float("nan") * values["offset_mm"]'))
+    capsys.readouterr()
+    assert main(["check", str(made)]) == 2
+    said = capsys.readouterr().err.splitlines()[-1]
+    assert said.startswith(f"pellet-study: {file}: with cup_offset, and not without it") and "median_normal" not in said

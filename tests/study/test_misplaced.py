@@ -32,6 +32,8 @@ def put(path, place, text):
         ("effects/old/suction.py", OWN, ["effects/old/suction.py: looks like an effect"]),
         ("effects/suction.py.txt", OWN, ["suction.py.txt: looks like an effect", "effects/suction.py,"]),
         ("effects/suction.txt", OWN, ["suction.txt: looks like an effect", "effects/suction.py,"]),
+        ("effects/Suction.PY", OWN, ["Suction.PY: looks like an effect", "effects/Suction.py,"]),
+        ("effects/suction", OWN, ["effects/suction: looks like an effect", "effects/suction.py,"]),
         ("pad.py", PAD, ["pad.py: looks like a rig", "rigs/pad.py"]),
         ("effects/pad.py", PAD, ["effects/pad.py: looks like a rig", "rigs/pad.py"]),
         ("effects/suction.py", OWN.replace("EFFECT =", "Effect ="), ["`EFFECT = {...}`", "in capitals"]),
