@@ -86,7 +86,7 @@ def main() -> None:
     given = parser.parse_args()
     settings = [(diameter, base) for base in ("smooth", "rough") for diameter in DIAMETERS_MM]
     cases = [case(*setting, FIRST_SEED + k) for setting in settings for k in range(given.heaps)]
-    found = dispatch.run(cases, FOLDER / ".store_published", workers=given.workers, quiet=True)
+    found = dispatch.run(cases, FOLDER / ".store", workers=given.workers, quiet=True)
     parts = [found.iloc[k * given.heaps : (k + 1) * given.heaps] for k in range(len(settings))]
     table = pd.DataFrame([line(*setting, part) for setting, part in zip(settings, parts, strict=True)]).round(2)
     table.to_csv(FOLDER / "published_heaps.csv", index=False, lineterminator="\n")

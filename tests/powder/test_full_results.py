@@ -4,6 +4,7 @@ They are those of release 0.1: its contact law, protocol and rule of seeds stand
 """
 
 import json
+from dataclasses import replace
 
 import pandas as pd
 import pytest
@@ -110,7 +111,8 @@ class Committed:
 def test_the_chain_on_the_committed_heaps_asks_for_these_and_decides_the_same(tmp_path, monkeypatch):
     monkeypatch.setattr(heaps, "dispatch", Committed())
     plan = plan_of(load(FULL))
-    found = Chain(heaps.Heaps(plan, tmp_path / ".store"), Results(plan, tmp_path)).run()
+    sizes = replace(heaps.FULL, most=60)  # of release 0.1
+    found = Chain(heaps.Heaps(plan, tmp_path / ".store", sizes), Results(plan, tmp_path)).run()
     assert set(pd.read_csv(tmp_path / "runs.csv")["seed"]) == set(RUNS["seed"])
     committed = {stage: json.loads((FULL / stage / "decision.json").read_text()) for stage in STAGES_DONE}
     assert found["screening"].factors == committed["screening"]["factors"]
