@@ -8,8 +8,9 @@ edges of a plate of 30 diameters and measured what stayed; without the walls bef
 frictions of 0.05 and 0.1 mm (a torque is that times the normal force), and gave the correlation below, to 2 deg. The paper is
 not open to us: its numbers are those that repeat it in public code.
 
-Our rig is another: a cone poured onto a disc, not a wedge drained over edges. Nothing is adjusted. It is of one size of
-grain; as lengths, times and stiffness scale with the grains, the diameter acts through the rolling friction over the radius alone.
+Ours is a cone on a rough disc, not a wedge on a plate: left by a cylinder that is lifted slowly, which is nearer to their draining, and
+poured from above, as by default. Nothing is adjusted. The rig has one size of grain; as lengths, times and stiffness scale with the
+grains, the diameter acts through the rolling friction over the radius alone.
 """
 
 import argparse
@@ -24,6 +25,7 @@ from pellet_study.simulation import dispatch
 FOLDER = Path(__file__).resolve().parents[1] / "results" / "checks"
 FIRST_SEED = 95_000
 DIAMETERS_MM = (2.0, 5.0, 10.0)
+PROTOCOLS = ("lifted_cylinder", "defined_base")
 SLIDING, WALL_SLIDING, ROLLING_MM, WALL_ROLLING_MM = 0.4, 0.6, 0.05, 0.1
 RESTITUTION = 0.45  # about that of their damping; the angle hardly answers to it
 CORRELATION_SD_DEG = 2.0
@@ -40,7 +42,7 @@ def correlation_deg(diameter_mm: float) -> float:
     return 68.61 * frictions * diameter_mm**-0.2
 
 
-def case(diameter_mm: float, base: str, seed: int) -> dict:
+def case(diameter_mm: float, protocol: str, seed: int) -> dict:
     """A heap of ours with their constants."""
     radius = diameter_mm / 2
     parameters = {
@@ -52,17 +54,17 @@ def case(diameter_mm: float, base: str, seed: int) -> dict:
         "powder_steel_rolling_friction": WALL_ROLLING_MM / radius,
         "powder_surface_energy": 0.0,
     }
-    return on_yade.case("repose", seed=seed, parameters=parameters, conditions={"base": base})
+    return on_yade.case("repose", seed=seed, parameters=parameters, conditions={"protocol": protocol})
 
 
-def line(diameter_mm: float, base: str, heaps: pd.DataFrame) -> dict:
-    """A diameter on a base: ours with its 95 % interval beside theirs."""
+def line(diameter_mm: float, protocol: str, heaps: pd.DataFrame) -> dict:
+    """A diameter in a protocol: ours with its 95 % interval beside theirs."""
     good = heaps[heaps["status"] == "ok"]
     angles = good["repose_angle_deg"].astype(float)
     half = stats.t.ppf(0.975, len(good) - 1) * stats.sem(angles)
     found = {
         "diameter_mm": diameter_mm,
-        "base": base,
+        "protocol": protocol,
         "heaps": len(heaps),
         "lost": len(heaps) - len(good),
         "repose_angle_deg": angles.mean(),
@@ -81,10 +83,10 @@ def line(diameter_mm: float, base: str, heaps: pd.DataFrame) -> dict:
 def main() -> None:
     """Simulate what is missing and write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--heaps", type=int, default=12, help="of a diameter on a base; default 12")
+    parser.add_argument("--heaps", type=int, default=12, help="of a diameter in a protocol; default 12")
     parser.add_argument("--workers", type=int)
     given = parser.parse_args()
-    settings = [(diameter, base) for base in ("smooth", "rough") for diameter in DIAMETERS_MM]
+    settings = [(diameter, protocol) for protocol in PROTOCOLS for diameter in DIAMETERS_MM]
     cases = [case(*setting, FIRST_SEED + k) for setting in settings for k in range(given.heaps)]
     found = dispatch.run(cases, FOLDER / ".store", workers=given.workers, quiet=True)
     parts = [found.iloc[k * given.heaps : (k + 1) * given.heaps] for k in range(len(settings))]

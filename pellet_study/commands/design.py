@@ -168,12 +168,12 @@ def _axial(arguments, table) -> dict:
     from pellet_study.doe.answers import plain
     from pellet_study.doe.augment import add_axial
     from pellet_study.doe.cautions import axial_cautions
-    from pellet_study.doe.factors import factor_meant, factors_meant, parse_levels
+    from pellet_study.doe.factors import factor_meant, factors_meant
 
     kept = factors_meant(arguments.factors, table.names) if arguments.factors else None
     named = {factor.name: factor for factor in table.factors}
     held = {}
-    for word, level in parse_levels(arguments.hold).items() if arguments.hold else ():
+    for word, level in _held(arguments.hold, table.factors).items():
         name = factor_meant(word, table.names)
         held[name] = float(named[name].coded(level))
     words = [name for name, factor in named.items() if factor.levels and (kept is None or name in kept)]
@@ -187,6 +187,17 @@ def _axial(arguments, table) -> dict:
     warnings = axial_cautions([named[name] for name in found.names], found.distance)
     others = [name for name in table.names if name not in found.names]
     return {**plain(found), **_extend(arguments, table, found.added, "bbd", others, found.names), "warnings": warnings}
+
+
+def _held(given: str | None, factors) -> dict[str, float]:
+    """{factor: level} of --hold, a named level as the number it is coded with."""
+    from pellet_study.doe.factors import parse_levels
+
+    for factor in factors:
+        for k, word in enumerate(factor.levels):
+            code = factor.physical(-1.0 if k == 0 else 1.0)
+            given = given and given.replace(f"{factor.name}={word}", f"{factor.name}={code:g}")
+    return parse_levels(given) if given else {}
 
 
 def _repair(arguments, table) -> dict:
@@ -228,7 +239,10 @@ def _extend(arguments, table, added, command: str, others: Sequence[str] = (), s
     frame = extended(table, added, next_block(table), seed)
     save_sheet(frame, arguments.output, seed, len(added), len(arguments.response) or 1)
     if arguments.output:
-        words = [word for name in others for word in ("--ignore", name)]
+        named = {
+            factor.name: factor for factor in table.factors
+        }  # a factor with named levels has no square, and may act
+        words = [word for name in others for word in ("--block" if named[name].levels else "--ignore", name)]
         for factor in table.factors:
             if factor.name in surface or (command == "pb" and (factor.levels or factor.low > factor.high)):
                 words += ["--factor", factor.declaration]

@@ -277,9 +277,10 @@ def _along_the_path(arguments, one: Screened) -> str | None:
 
 def _axial(arguments, screenings) -> str | None:
     """The runs that make a surface of a screening whose centre runs show curvature; None where none does."""
-    curved = [s.curvature for s in screenings if s.curvature and s.curvature.p is not None and s.curvature.p < s.alpha]
+    from pellet_study.doe.cautions import rules_out_a_climb
+
     names = _clear(screenings)
-    if not curved or len(names) < 2:
+    if not any(map(rules_out_a_climb, screenings)) or len(names) < 2:
         return None
     return f"design axial {again(arguments)} {shlex.join(['--factors', ','.join(names), '--output', 'surface.csv'])}"
 

@@ -17,6 +17,10 @@ from pellet_study.doe.published_designs import misplaced_level, recognise
 from pellet_study.doe.standard_order import Departures, departures
 from pellet_study.doe.steepest_climb import Climb, significant_terms
 from pellet_study.doe.terms import interaction_terms
+from pellet_study.doe.transformation import advised
+
+SMALL_CURVATURE = 0.25
+"""Share of what the slopes give from the centre to the best corner, below which a curvature does not turn a climb."""
 
 
 def p_in_words(p: float) -> str:
@@ -108,8 +112,18 @@ def suspect_cautions(analysis: Screening | Surface) -> list[str]:
     return [
         f"{words}; check {them} before anything else: beyond what one of {len(analysis.model.response)} runs reaches by chance "
         f"(Bonferroni, level {analysis.alpha:g}){alike}; compare with your notes for a slip of the pen or a run that went wrong, and "
-        f"correct {them}, repeat {them}, or leave the response empty"
+        f"correct {them}, repeat {them}, or leave the response empty{_scale_first(analysis)}"
     ]
+
+
+def _scale_first(analysis: Screening | Surface) -> str:
+    """That a transformation is indicated, on whose scale the same runs may be no suspects."""
+    word = advised(analysis.box_cox) if isinstance(analysis, Surface) else None
+    if not word:
+        return ""
+    return (
+        f"; or it is the scale, as Box-Cox advises another: see first whether they stay suspect with --transform {word}"
+    )
 
 
 def suspects_first(analysis: Screening | Surface, cautions: list[str]) -> list[str]:
@@ -121,11 +135,30 @@ def suspects_first(analysis: Screening | Surface, cautions: list[str]) -> list[s
     return [head + caution for caution in cautions]
 
 
+def rules_out_a_climb(screening: Screening) -> bool:
+    """Whether the curvature is significant, and no small share of what the slopes give from the centre to the best corner."""
+    curvature = screening.curvature
+    if not curvature or curvature.p is None or curvature.p >= screening.alpha:
+        return False
+    return abs(curvature.estimate) > SMALL_CURVATURE * _reach(screening)
+
+
+def _reach(screening: Screening) -> float:
+    """What the main effects give from the centre to the best corner."""
+    return sum(abs(screening.effects[name]) for name in screening.table.names if name in screening.effects) / 2
+
+
 def screening_cautions(screening: Screening) -> list[str]:
     """What speaks against the straight line of a screening."""
     found = []
     curvature = screening.curvature
-    if curvature and curvature.p is not None and curvature.p < screening.alpha:
+    if curvature and curvature.p is not None and curvature.p < screening.alpha and not rules_out_a_climb(screening):
+        found.append(
+            f"the curvature is significant (F {curvature.f:.4g}, {p_in_words(curvature.p)}) and small: {curvature.estimate:+.5g} at the "
+            f"centre, where the slopes give {_reach(screening):.5g} from there to the best corner; a climb goes the right way, but "
+            "what it predicts does not hold: make its runs in their order and stop where they turn"
+        )
+    elif curvature and curvature.p is not None and curvature.p < screening.alpha:
         found.append(
             f"the curvature is significant (F {curvature.f:.4g}, {p_in_words(curvature.p)}): the centre runs read "
             f"{curvature.estimate:+.5g} away from the straight line, so it predicts nothing between the corners; do not "

@@ -42,6 +42,8 @@ class Columns:
         Where in the design each run stands, from 1, where the sheet of the design says so.
     decimal : str
         The decimal sign of the file.
+    ignored : dict
+        {column that was named to be ignored: the cells of the runs, as text}.
     """
 
     frame: pd.DataFrame
@@ -52,6 +54,7 @@ class Columns:
     order: pd.Series | None = None
     standard_order: pd.Series | None = None
     decimal: str = "."
+    ignored: dict[str, list[str]] = field(default_factory=dict)
 
 
 def read_columns(
@@ -127,7 +130,8 @@ def read_columns(
     ]
     order = _run_order(raw, [name for name, why in left_out if why == ORDER_OF_RUNS], used)
     named = [name for name, why in left_out if why != "empty"]
-    return Columns(frame, lines, notes + failed, found, named, order, _standard_order(raw, used), raw.decimal)
+    ignored = {n: [raw.rows[k][1][raw.header.index(n)] for k in used] for n in dict.fromkeys(known["ignore"])}
+    return Columns(frame, lines, notes + failed, found, named, order, _standard_order(raw, used), raw.decimal, ignored)
 
 
 def _run_order(raw: Raw, names: Sequence[str], used: Sequence[int]) -> pd.Series | None:

@@ -1,6 +1,6 @@
 """Read and check the table of a design that was run: factor columns, then the response in the last column."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -77,6 +77,9 @@ def read_numbers(path: Path, ignore: Sequence[str] = ()) -> tuple[pd.DataFrame, 
     return found.frame, found.lines, found.notes
 
 
+MOST_LEVELS = 3  # of a column that was ignored, up to which it may be a factor
+
+
 def read_design(
     path: Path,
     factors: Sequence[Factor] = (),
@@ -115,7 +118,30 @@ def read_design(
     table = code_design(
         found.frame, factors, found.lines, found.notes + words, max_levels, str(path), found.blocks, found.left_out
     )
-    return replace(table, order=found.order, standard_order=found.standard_order, decimal=found.decimal)
+    notes = [*table.notes, *_unequal_replicates(table, found.ignored)]
+    return replace(table, order=found.order, standard_order=found.standard_order, decimal=found.decimal, notes=notes)
+
+
+def _unequal_replicates(table: DesignTable, ignored: Mapping[str, Sequence[str]]) -> list[str]:
+    """That runs taken for replicates were made at different levels of a factor that was ignored."""
+    keys = [
+        *(pd.Series(table.coded[name].round(6)) for name in table.names),
+        *(pd.Series(b.labels) for b in table.blocks),
+    ]
+    places = pd.concat([key.reset_index(drop=True) for key in keys], axis=1).apply(tuple, axis=1)
+    unequal = []
+    for name, cells in ignored.items():
+        levels = pd.Series(list(cells))
+        few = levels.nunique() <= MOST_LEVELS and levels.value_counts().min() > 1  # of a factor, not of a response
+        if few and levels.groupby(places.to_numpy()).nunique().max() > 1:
+            unequal.append(name)
+    if not unequal:
+        return []
+    names, are = ", ".join(unequal), "was" if len(unequal) == 1 else "were"
+    return [
+        f"runs that count as replicates differ in {names}, which {are} ignored: their scatter, the pure error, holds what that does; "
+        "where it acts, fit it as a factor, or one with named levels with --block"
+    ]
 
 
 def code_design(

@@ -27,7 +27,8 @@ def blocks_text(sheet: RunSheet) -> str | None:
             "or more runs"
         )
     return (
-        f"{sheet.n_blocks} blocks, not orthogonal (the design has no such blocks): fitted with the blocks, a standard "
+        f"{sheet.n_blocks} blocks, not orthogonal (with these runs the design has no such blocks; another number of --centre may give "
+        f"them): fitted with the blocks, a standard "
         f"error is up to {100 * (sheet.worst_inflation - 1):.1f} % larger than without"
     )
 

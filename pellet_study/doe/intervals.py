@@ -47,7 +47,10 @@ def interval(model: LinearFit, coded, alpha: float = 0.05, runs: int = 1) -> Int
     scatter = block_scatter(model)
     of_mean = around(model.mean_square_error * leverage, model.df_residual)
     within = around(model.mean_square_error * (leverage + 1 / runs), model.df_residual)
-    of_run = around(*variance_of_new(model, leverage + 1 / runs, scatter)) if scatter else within
+    of_run = within
+    if scatter:  # of several runs no wider than of one: the fewer degrees of freedom would make it so
+        each = [around(*variance_of_new(model, leverage + 1 / n, scatter)) for n in {1, runs}]
+        of_run = min(each, key=lambda ends: ends[1] - ends[0])
     error = float(np.sqrt(model.mean_square_error * leverage))
     return Interval(
         predicted, error, of_mean, of_run, extrapolation, 1 - alpha, within if scatter else None, tuple(scatter)

@@ -9,7 +9,7 @@ from pellet_study.doe.columns import read_columns, unknown_column
 from pellet_study.doe.design_table import DesignTable
 from pellet_study.doe.raw_table import read_raw
 from pellet_study.errors import InputError
-from pellet_study.tables.headers import found_in, role
+from pellet_study.tables.headers import found_in, role, split_unit
 
 
 def named_in(paths: Sequence[Path], names: Sequence[str], kind: str) -> list[list[str]]:
@@ -44,7 +44,9 @@ def read_path(
         See `columns.read_columns`; also where a column is neither a factor of the screening nor the response.
     """
     words = {factor.name: factor.levels for factor in table.factors if factor.levels}
-    found = read_columns(path, ignore, blocks, table.names, words, fitted=False)
+    bare = {split_unit(name)[0]: name for name in table.names}  # a path may leave the units out
+    found = read_columns(path, ignore, blocks, [*table.names, *bare], words, fitted=False)
+    found.frame.columns = [name if name in table.names else bare.get(name, name) for name in found.frame.columns]
     _refuse_changing(found.frame, words, path)
     names = [name for name in found.frame.columns if name not in words]
     others = [name for name in names if name not in table.names]

@@ -32,6 +32,8 @@ class PlannedTable:
         As the sheet has it, else the order of the rows.
     other_responses : DataFrame (n_runs, n_others)
         Of a table with several; NaN where a run has none.
+    ignored : dict
+        {column that was ignored: its cells, as text}.
     """
 
     factors: list[Factor]
@@ -42,6 +44,7 @@ class PlannedTable:
     notes: list[str]
     standard_order: list[int]
     other_responses: pd.DataFrame = field(default_factory=pd.DataFrame)
+    ignored: dict[str, list[str]] = field(default_factory=dict)
 
     @property
     def names(self) -> list[str]:
@@ -106,7 +109,8 @@ def read_planned(path: Path, factors=(), ignore=(), blocks=(), responses=()) -> 
     labels = tuple(" ".join(words) for words in zip(*(b.labels for b in found.blocks), strict=True)) or None
     numbered = found.standard_order
     order = list(range(1, len(frame) + 1)) if numbered is None else numbered.tolist()
-    return PlannedTable(resolved, coded.to_numpy(), response, labels, found.lines, notes + more, order, others)
+    ignored = {name: cells for name, cells in found.ignored.items() if name not in responses}
+    return PlannedTable(resolved, coded.to_numpy(), response, labels, found.lines, notes + more, order, others, ignored)
 
 
 def extended(table: PlannedTable, added: np.ndarray, block: str, seed: int, response: str = "response") -> pd.DataFrame:
@@ -134,12 +138,18 @@ def extended(table: PlannedTable, added: np.ndarray, block: str, seed: int, resp
 
 
 def runs_to_repeat(table: PlannedTable, chosen: list[int], seed: int) -> pd.DataFrame:
-    """The runs with all responses and then those to repeat, in random order; the other lost runs are left out."""
+    """The runs with all responses and then those to repeat, in random order; the other lost runs are left out.
+
+    Columns that were ignored stand in it too: the runs to repeat are made at their levels.
+    """
     order = [
         *(i for i in range(len(table.coded)) if i not in table.lost),
         *np.random.default_rng(seed).permutation(chosen),
     ]
     whole = extended(table, np.empty((0, len(table.factors))), "", seed)
+    for name, cells in reversed(table.ignored.items()):
+        if name not in whole:
+            whole.insert(whole.columns.get_loc(BLOCK) + 1 + len(table.factors), name, cells)
     frame = whole.iloc[order].reset_index(drop=True)
     frame[RUN] = np.arange(1, len(frame) + 1)
     return frame if table.blocks else frame.drop(columns=BLOCK)

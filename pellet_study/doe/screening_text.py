@@ -74,7 +74,8 @@ def _kind(screening: Screening) -> str:
         return "Full factorial"
     if screening.contrasts:
         return "Fractional factorial"
-    return "Two-level design" if screening.interactions else "Plackett-Burman"
+    plain = screening.interactions or "orthogonal two-level design" not in design_of(screening.table)
+    return "Two-level design" if plain else "Plackett-Burman"
 
 
 def _lenth_text(screening: Screening, order: list[str]) -> str:
@@ -147,7 +148,8 @@ def screening_warnings(screening: Screening) -> list[str]:
     found = list(screening.table.notes)
     found += screening_cautions(screening)
     if screening.saturated:
-        found.append(f"{SATURATED}; judge the effects by Lenth's margin of error and the half-normal plot")
+        margin = "Lenth's margin of error and " if screening.lenth and screening.lenth.assumption_met else ""
+        found.append(f"{SATURATED}; judge the effects by {margin}the half-normal plot")
     if not screening.orthogonal:
         found.append(loss(screening.standard_error_inflation, "in an orthogonal design with as many runs"))
     if not screening.pure_error_df and not screening.saturated:

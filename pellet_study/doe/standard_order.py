@@ -46,18 +46,21 @@ def departures(table: DesignTable) -> Departures | None:
     places = table.standard_order.to_numpy(dtype=int) - 1
     coded = table.coded.to_numpy(dtype=float)
     words = np.array([bool(factor.levels) for factor in table.factors])
-    found = [_compared(coded, plan[places], words) for plan in _plans(coded, int(places.max()) + 1)]
+    found = [_compared(coded, plan[places], words) for plan in _plans(coded, places)]
     known = [each for each in found if each is not None]
     return min(known, key=lambda each: (len(each.columns), len(each.cells)), default=None)
 
 
-def _plans(coded: np.ndarray, n_runs: int) -> Iterator[np.ndarray]:
-    """Every design of so many factors that can be made here with so many runs, those beyond the others at the centre."""
-    n_factors = coded.shape[1]
+def _plans(coded: np.ndarray, places: np.ndarray) -> Iterator[np.ndarray]:
+    """Every design of so many factors that can be made here with so many runs, those beyond the others at the centre.
+
+    A screening may have had more factors, of which the table has some: its columns that the runs follow best.
+    """
+    n_factors, n_runs, distance = coded.shape[1], int(places.max()) + 1, float(np.abs(coded).max())
     for size in GENERATORS:
-        if n_factors < size:
-            yield coded_matrix(n_factors, size, max(0, n_runs - size))
-            yield from _with_axial_points(coded_matrix(n_factors, size), n_runs, float(np.abs(coded).max()))
+        for corners in _screenings(coded, places, size):
+            yield np.vstack([corners, np.zeros((max(0, n_runs - size), n_factors))])
+            yield from _with_axial_points(corners, n_runs, distance)
     if n_factors in TOGETHER:
         corners = len(box_behnken_matrix(n_factors, 1)) - 1
         yield box_behnken_matrix(n_factors, max(1, n_runs - corners))
@@ -66,9 +69,25 @@ def _plans(coded: np.ndarray, n_runs: int) -> Iterator[np.ndarray]:
             try:
                 smallest = composite_matrix(n_factors, "face", n_blocks, fraction, n_blocks)[0]
                 centre = n_blocks + max(0, n_runs - len(smallest))
-                yield composite_matrix(n_factors, float(np.abs(coded).max()), centre, fraction, n_blocks)[0]
+                yield composite_matrix(n_factors, distance, centre, fraction, n_blocks)[0]
             except InputError:  # there is none of so many factors in so many blocks
                 continue
+
+
+def _screenings(coded: np.ndarray, places: np.ndarray, size: int) -> Iterator[np.ndarray]:
+    """The corners of the screening of so many runs in the table's factors, and in those of its columns that these follow."""
+    from scipy.optimize import linear_sum_assignment
+
+    n_factors = coded.shape[1]
+    if n_factors >= size:
+        return
+    yield coded_matrix(n_factors, size)
+    every, corner = coded_matrix(size - 1, size), places < size
+    there = every[places[corner]]
+    off = np.abs(coded[corner][None, :, :, None] - np.stack([there, -there])[:, :, None, :]) > SAME_LEVEL
+    columns = linear_sum_assignment(off.sum(axis=1).min(axis=0))[1]
+    if np.all(np.diff(columns) > 0):
+        yield every[:, columns]
 
 
 def _with_axial_points(corners: np.ndarray, n_runs: int, distance: float) -> Iterator[np.ndarray]:

@@ -103,9 +103,8 @@ def surface_warnings(surface: Surface) -> list[str]:
     """What a reader of the response surface must know."""
     found = [*surface.table.notes, *surface_cautions(surface)]
     if surface.saturated:
-        found.append(
-            f"{SATURATED}; judge the effects by Lenth's margin and a half-normal plot, or leave terms out with --drop"
-        )
+        margin = "Lenth's margin and " if surface.lenth and surface.lenth.assumption_met else ""
+        found.append(f"{SATURATED}; judge the effects by {margin}a half-normal plot, or leave terms out with --drop")
     if not surface.orthogonal:
         every = {name: value**0.5 for name, value in surface.vif.items()}  # the squares too
         found.append(loss(every, "if it were orthogonal to the other terms"))

@@ -8,7 +8,9 @@ import pytest
 
 from pellet_study.__main__ import main
 from pellet_study.doe import box_behnken, figures, plackett_burman, screening_designs, screening_text
+from pellet_study.doe.blocks import Block
 from pellet_study.doe.design_table import code_design
+from pellet_study.doe.intervals import interval
 from pellet_study.paper.printed import table
 
 LEVELS = ["--factor", "B=0.90,0.82", "--factor", "C=0.25,0.33", "--factor", "G=0.10,0.18"]
@@ -302,3 +304,71 @@ def test_axial_points_below_zero_are_said_and_the_advice_keeps_them_above(tmp_pa
         assert pd.read_csv(tmp_path / f"{distance}.csv")[["hours", "dose"]].to_numpy().min() >= 0
     assert main(["bbd", "--design", "A=1,5", "B=20,30", "--axial", "1.8", "--output", str(tmp_path / "b.csv")]) == 0
     assert "A -0.6" in capsys.readouterr().err
+
+
+def test_a_curvature_that_is_small_beside_the_slopes_does_not_turn_a_climb(tmp_path, capsys):
+    """1 at the centre where the slopes give 10: clear of a scatter of 0.1, and no reason to stay."""
+    path = tmp_path / "slopes.csv"
+    corners = [
+        (a, b, 30 + 6 * a + 4 * b + noise) for a, b, noise in ((-1, -1, 0.1), (1, -1, 0), (-1, 1, 0), (1, 1, 0.1))
+    ]
+    runs = [*corners, *((0, 0, y) for y in (31.0, 31.1, 30.9, 31.1))]
+    pd.DataFrame(runs, columns=["A (g)", "B (mm)", "y"]).to_csv(path, index=False)
+    assert main(["pb", str(path), "--climb", "gradient"]) == 0
+    out, err = capsys.readouterr()
+    assert "significant" in err and "and small" in err and "do not climb" not in err
+    assert "--climb-runs climb.csv" in out
+    climbed = tmp_path / "climb.csv"
+    climbed.write_text("A,B,y\n0,0,31\n1,0.7,38\n2,1.3,43\n3,2,41\n")  # without the units
+    assert main(["pb", str(path), "--climb", "gradient", "--climb-runs", str(climbed)]) == 0
+    assert "next: pellet-study bbd --design 'A (g)=1,3'" in capsys.readouterr().out
+
+
+def test_replicates_that_differ_in_what_was_ignored_are_said(tmp_path, capsys):
+    """A gas worth 4 is ignored: it is in the pure error, until it is fitted as a block."""
+    coded = np.vstack([box_behnken.coded_matrix(2, 4, face_centred=True)] * 2)
+    gas = np.repeat(["argon", "co2"], len(coded) // 2)
+    y = 20 + coded[:, 0] + 4 * (gas == "co2") + 0.1 * np.random.default_rng(2).normal(size=len(coded))
+    path = tmp_path / "weld.csv"
+    frame = pd.DataFrame(coded, columns=["current", "speed"]).assign(gas=gas, y=y, z=y**2)
+    frame.to_csv(path, index=False)
+    words = ["--response", "y", "--ignore", "z"]
+    assert main(["bbd", str(path), "--ignore", "gas", *words]) == 0
+    said = capsys.readouterr().err
+    assert "differ in gas, which was ignored" in said and "differ in gas, z" not in said
+    kept = run("bbd", path, "--block", "gas", *words, tmp_path=tmp_path)
+    assert "which was ignored" not in capsys.readouterr().err and kept["r2"] > 0.99
+
+
+def test_an_ignored_factor_accuses_no_other_and_stays_in_the_runs_to_repeat(tmp_path, capsys):
+    """A sheet of five factors, of which the second and the fourth are ignored; two runs are lost."""
+    sheet, again = tmp_path / "sheet.csv", tmp_path / "again.csv"
+    names = ["A=1,2", "B=10,20", "C=5,7", "D=x,y", "E=0,8"]
+    assert main(["pb", "--design", *names, "--seed", "4", "--output", str(sheet)]) == 0
+    frame = pd.read_csv(sheet)
+    frame["response"] = 10 + 3 * frame["A"] + frame["C"] + 0.1 * np.random.default_rng(0).normal(size=len(frame))
+    frame.to_csv(sheet, index=False)
+    capsys.readouterr()
+    words = ["--ignore", "B", "--ignore", "D"]
+    assert main(["pb", str(sheet), *words]) == 0
+    assert "standard_order the runs have" not in capsys.readouterr().err
+    frame.loc[[2, 5], "response"] = np.nan
+    frame.to_csv(sheet, index=False)
+    assert main(["design", "repair", str(sheet), *words, "--repeats", "2", "--output", str(again)]) == 0
+    repeated = pd.read_csv(again)
+    assert repeated[["B", "D"]].notna().all(axis=None) and list(repeated)[-1] == "response"
+    left = repeated[repeated["response"].isna()].sort_values("standard_order")
+    lost = frame.loc[[2, 5]].sort_values("standard_order")
+    assert left[["A", "B", "C", "D", "E"]].to_numpy().tolist() == lost[["A", "B", "C", "D", "E"]].to_numpy().tolist()
+
+
+def test_the_mean_of_runs_in_a_new_block_is_predicted_no_worse_than_one_of_them():
+    random = np.random.default_rng(3)
+    coded = np.vstack([box_behnken.coded_matrix(2, 3, face_centred=True)] * 3)
+    day = np.repeat(["1", "2", "3"], len(coded) // 3)
+    y = 5 + coded[:, 0] + np.repeat([0.0, 1.5, -1.0], len(coded) // 3) + 0.3 * random.normal(size=len(coded))
+    frame = pd.DataFrame(coded, columns=["A", "B"]).assign(y=y)
+    table = code_design(frame, blocks=[Block("day", tuple(day))])
+    model = box_behnken.analyse(table).model
+    one, six = (np.ptp(interval(model, [0.5, 0.5], runs=n).prediction) for n in (1, 6))
+    assert six <= one

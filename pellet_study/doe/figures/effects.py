@@ -14,7 +14,7 @@ DARK, LIGHT, ACCENT = style.MODEL, style.LIGHT, style.MEASURED
 
 @styled
 def pareto(screening: Screening, unit: str = "", ax=None):
-    """Sizes of the effects with their 5 % margins: of the t test, and Lenth's."""
+    """Sizes of the effects with their margins: of the t test, a line each where standard errors differ, and Lenth's."""
     names = sorted(screening.effects, key=lambda name: abs(screening.effects[name]))
     shown = drawable(screening.table.names)
     width = page_size(6.0, 1.0)[0]
@@ -41,7 +41,7 @@ def pareto(screening: Screening, unit: str = "", ax=None):
             bbox={"facecolor": "white", "edgecolor": "none", "pad": 1},
             zorder=5,
         )
-    _margins(axes, screening)
+    _margins(axes, screening, names)
     _legend_of_signs(axes, ax)
     axes.set_yticks(range(len(names)), written)
     axes.set_xlabel(
@@ -52,13 +52,17 @@ def pareto(screening: Screening, unit: str = "", ax=None):
     return figure
 
 
-def _margins(axes, screening: Screening) -> None:
+def _margins(axes, screening: Screening, names: list[str]) -> None:
     if not screening.saturated:
         from scipy.special import stdtrit
 
-        error = 2 * max(value for name, value in screening.model.standard_errors.items() if name in screening.effects)
-        limit = float(stdtrit(screening.model.df_residual, 1 - screening.alpha / 2) * error)
-        axes.axvline(limit, color=ACCENT, linestyle="--", label=f"t test, level {screening.alpha:g}")
+        times = 2 * float(stdtrit(screening.model.df_residual, 1 - screening.alpha / 2))
+        limits = [times * screening.model.standard_errors[name] for name in names]
+        looks = {"color": ACCENT, "linestyle": "--", "label": f"t test, level {screening.alpha:g}"}
+        if max(limits) - min(limits) <= 1e-6 * max(limits):
+            axes.axvline(max(limits), **looks)
+        else:
+            axes.vlines(limits, [k - 0.45 for k in range(len(names))], [k + 0.45 for k in range(len(names))], **looks)
     if screening.lenth and screening.lenth.assumption_met:
         axes.axvline(screening.lenth.margin_of_error, color="black", linestyle=":", label="Lenth's margin of error")
 
