@@ -80,6 +80,18 @@ def line(diameter_mm: float, protocol: str, heaps: pd.DataFrame) -> dict:
     return {**found, "first_loss": next(iter(heaps.loc[heaps["status"] != "ok", "status"]), "")}
 
 
+def page(table: pd.DataFrame) -> list[str]:
+    """The lines of the table as they stand in docs/heap_physics.md."""
+    lines = []
+    for diameter, rows in table.groupby("diameter_mm"):
+        own = rows.set_index("protocol").loc[list(PROTOCOLS)]
+        angles = [f"{row.repose_angle_deg:.1f} ({row.low_deg:.1f} to {row.high_deg:.1f})" for row in own.itertuples()]
+        first = rows.iloc[0]
+        theirs = f"{first['correlation_deg']:.1f} +- {first['correlation_sd_deg']:g}"
+        lines.append(f"| {diameter:g} | {first['measured_deg']:.1f} | {theirs} | {' | '.join(angles)} |")
+    return lines
+
+
 def main() -> None:
     """Simulate what is missing and write the table."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)

@@ -62,8 +62,8 @@ def _plans(coded: np.ndarray, places: np.ndarray) -> Iterator[np.ndarray]:
             yield np.vstack([corners, np.zeros((max(0, n_runs - size), n_factors))])
             yield from _with_axial_points(corners, n_runs, distance)
     if n_factors in TOGETHER:
-        corners = len(box_behnken_matrix(n_factors, 1)) - 1
-        yield box_behnken_matrix(n_factors, max(1, n_runs - corners))
+        edges = len(box_behnken_matrix(n_factors, 1)) - 1
+        yield box_behnken_matrix(n_factors, max(1, n_runs - edges))
     for n_blocks in (1, 2, 3, 5):
         for fraction in (False, True):
             try:

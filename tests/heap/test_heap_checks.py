@@ -13,6 +13,7 @@ from tests import ROOT
 sys.path.insert(0, str(ROOT / "benchmarks"))
 
 import heap_liggghts  # noqa: E402
+import published_heaps  # noqa: E402
 import repose_checks  # noqa: E402
 
 from pellet_study.rigs import on_yade  # noqa: E402
@@ -160,3 +161,17 @@ def test_the_figures_the_page_states_are_those_of_the_tables():
                 assert line in DOC, line
                 stated += 1
     assert stated > 20
+
+
+def test_the_published_heaps_are_those_of_their_formulas_and_stand_on_the_page():
+    """Zhou et al. 2002: 29.6 d^-0.206 measured, 68.61 mu^... d^-0.2 simulated; at 10 mm 18.4 and 19.2 deg."""
+    table = pd.read_csv(CHECKS / "published_heaps.csv")
+    page = (ROOT / "docs" / "heap_physics.md").read_text(encoding="utf-8")
+    assert all(line in page for line in published_heaps.page(table)) and len(published_heaps.page(table)) == 3
+    assert published_heaps.measured_deg(10.0) == pytest.approx(18.42, abs=0.01)
+    assert published_heaps.correlation_deg(10.0) == pytest.approx(19.15, abs=0.01)
+    for row in table.itertuples():
+        assert row.correlation_deg == pytest.approx(published_heaps.correlation_deg(row.diameter_mm), abs=0.01)
+    case = published_heaps.case(10.0, "lifted_cylinder", 1)
+    assert case["parameters"]["powder_rolling_friction"] == pytest.approx(0.01)
+    assert case["parameters"]["powder_surface_energy"] == 0.0
