@@ -308,6 +308,7 @@ def _design(arguments) -> dict:
     import numpy as np
 
     from pellet_study.doe import blocking, screening_designs
+    from pellet_study.doe.cautions import aliasing_cautions
     from pellet_study.doe.factors import parse_factors
     from pellet_study.doe.run_sheet import run_sheet
 
@@ -316,6 +317,7 @@ def _design(arguments) -> dict:
     coded = screening_designs.with_words(plain, factors, arguments.blocks)
     blocks = blocking.screening_blocks(plain, arguments.blocks)
     matrix = np.column_stack([np.ones(len(coded)), coded])
+    warn(aliasing_cautions([factor.name for factor in factors], plain))
     sheet = run_sheet(coded, factors, blocks, arguments.seed, response_columns(arguments), matrix)
     return write_design(sheet, arguments.output, "pb")
 

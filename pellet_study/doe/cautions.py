@@ -2,6 +2,7 @@
 
 import shlex
 from collections.abc import Sequence
+from itertools import combinations
 from math import floor
 
 import numpy as np
@@ -26,6 +27,21 @@ SMALL_CURVATURE = 0.25
 def p_in_words(p: float) -> str:
     """p to four decimals, or below what they show."""
     return "p < 0.0001" if p < 1e-4 else f"p {p:.4f}"
+
+
+def aliasing_cautions(names: Sequence[str], coded) -> list[str]:
+    """A main effect that is wholly mixed with an interaction of two others, in a two-level design to be run."""
+    coded = np.asarray(coded, dtype=float)
+    runs = coded[np.abs(coded).max(axis=1) > 0.5]
+    for i, j in combinations(range(len(names)), 2):
+        shares = np.abs(runs.T @ (runs[:, i] * runs[:, j])) / len(runs)
+        if shares.max() > 1 - 1e-6:
+            return [
+                f"in these {len(runs)} runs main effects are wholly mixed with interactions of two others, as "
+                f"{names[int(shares.argmax())]} with {names[i]}*{names[j]}: take --runs 12 or 20, which mix them in shares, or fold "
+                "the design over afterwards (design fold)"
+            ]
+    return []
 
 
 def axial_cautions(factors: Sequence[Factor], distance: float) -> list[str]:

@@ -372,3 +372,12 @@ def test_the_mean_of_runs_in_a_new_block_is_predicted_no_worse_than_one_of_them(
     model = box_behnken.analyse(table).model
     one, six = (np.ptp(interval(model, [0.5, 0.5], runs=n).prediction) for n in (1, 6))
     assert six <= one
+
+
+def test_a_design_that_mixes_main_effects_wholly_says_so_when_it_is_made(tmp_path, capsys):
+    names = [f"{name}=0,1" for name in "ABCD"]
+    for runs, mixed in (("8", True), ("12", False)):
+        assert main(["pb", "--design", *names, "--runs", runs, "--output", str(tmp_path / f"{runs}.csv")]) == 0
+        assert ("wholly mixed with interactions" in capsys.readouterr().err) is mixed
+    assert main(["pb", "--design", *names[:3], "--runs", "8", "--output", str(tmp_path / "full.csv")]) == 0
+    assert "wholly mixed" not in capsys.readouterr().err
