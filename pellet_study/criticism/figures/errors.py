@@ -17,6 +17,8 @@ if TYPE_CHECKING:
 ORDER = "order"
 FITTED, HELD_OUT = "fitted rows", "held-out rows"
 
+LETTERS_ASLANT = 18  # of a model's name in a line, where names stand aslant
+
 
 def tied_errors(diagnosis: dict) -> list[dict]:
     """What each of the explanations that a diagnosis leaves tied would do to the error; empty where nothing is tied."""
@@ -93,12 +95,18 @@ def _kind(k: int) -> dict[str, Any]:
 def _name_models(
     axes: Any, models: Sequence[Sequence[str]], last: Sequence[str], steps: int, effects: Sequence[str], letters: int
 ) -> None:
-    """The models under the axis, each in its effect's colour; of the tied ones what each adds to the last step."""
-    names = []
-    for place, model in enumerate(models):
-        added = model[len(last) :] if place >= steps else model
-        names.append("\n".join(look.folded(f"+ {name}", letters) for name in added) or "base")
-    axes.set_xticks(range(len(models)), names)
+    """The models under the axis, each in its effect's colour; of the tied ones what each adds to the last step.
+
+    Aslant where a word would be broken.
+    """
+    added = [model[len(last) :] if place >= steps else model for place, model in enumerate(models)]
+    words = [word for each in added for name in each for word in name.split("_")]
+    aslant = (
+        {"rotation": 35, "ha": "right", "rotation_mode": "anchor"} if max(map(len, words), default=0) >= letters else {}
+    )
+    letters = LETTERS_ASLANT if aslant else letters
+    names = ["\n".join(look.folded(f"+ {name}", letters) for name in each) or "base" for each in added]
+    axes.set_xticks(range(len(models)), names, **aslant)
     axes.set_xlim(-0.4, len(models) - 0.6)
     for text, model in zip(axes.get_xticklabels(), models, strict=True):
         text.set_color(look.look_of(model, effects).colour)
