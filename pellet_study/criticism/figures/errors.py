@@ -97,10 +97,10 @@ def _name_models(
 ) -> None:
     """The models under the axis, each in its effect's colour; of the tied ones what each adds to the last step.
 
-    Aslant where a word would be broken.
+    Aslant where a word of letters would be broken.
     """
     added = [model[len(last) :] if place >= steps else model for place, model in enumerate(models)]
-    words = [word for each in added for name in each for word in name.split("_")]
+    words = [word for each in added for name in each for word in name.split("_") if word.isascii()]
     aslant = (
         {"rotation": 35, "ha": "right", "rotation_mode": "anchor"} if max(map(len, words), default=0) >= letters else {}
     )
