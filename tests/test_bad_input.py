@@ -164,7 +164,7 @@ STUDY = {
     "an effect that acts in no rig used": (TOML + "[effects]\nair_drag = { drag_factor = 0.5 }\n", ["air_drag", "acts in none"]),
     "candidates that are text": ('candidates = "cohesion"\n', ["candidates", "list of effect names"]),
     "candidates that are numbers": ("candidates = [1]\n", ["candidates", "list of effect names"]),
-    "an unknown candidate": ('candidates = ["adhesoin"]\n', ["'adhesoin'", "'adhesion'"]),
+    "an unknown candidate": ('candidates = ["cohesoin"]\n', ["'cohesoin'", "'cohesion'"]),
     "a candidate that acts in no rig used": ('candidates = ["air_drag"]\n', ["air_drag", "acts in none"]),
     "a possible rig that is unknown": ("[possible.shear_box]\nx = 1\n", ["'shear_box'", "shear_cell"]),
     "a possible condition that is unknown": ("[possible.layer_on_incline]\nheight_mm = 1\n", ["height_mm", "layer_height_mm"]),
