@@ -2,11 +2,11 @@
 
     .venv/bin/python benchmarks/published_heaps.py [--heaps 12]
 
-Zhou, Xu, Yu and Zulli 2002 (Powder Technology 125, 45, doi:10.1016/S0032-5910(01)00520-4) let beads of 2 to 10 mm run over both
+Zhou, Xu, Yu and Zulli 2002 (Powder Technology 125, 45, doi:10.1016/S0032-5910(01)00520-4) let glass beads run over both
 edges of a plate of 30 diameters and measured what stayed; without the walls before and behind it the angle was 29.6 d^-0.206
 (deg, d in mm). Their simulations matched that with the sliding friction 0.4 between beads and 0.6 at the wall, and rolling
 frictions of 0.05 and 0.1 mm (a torque is that times the normal force), and gave the correlation below, to 2 deg. The paper is
-not open to us: its numbers are those that repeat it in public code.
+not open to us: its numbers are those that public code repeats.
 
 Ours is a cone on a rough disc, not a wedge on a plate: left by a cylinder that is lifted slowly, which is nearer to their draining, and
 poured from above, as by default. Nothing is adjusted. The rig has one size of grain; as lengths, times and stiffness scale with the
@@ -27,7 +27,9 @@ FIRST_SEED = 95_000
 DIAMETERS_MM = (2.0, 5.0, 10.0)
 PROTOCOLS = ("lifted_cylinder", "defined_base")
 SLIDING, WALL_SLIDING, ROLLING_MM, WALL_ROLLING_MM = 0.4, 0.6, 0.05, 0.1
-RESTITUTION = 0.45  # about that of their damping; the angle hardly answers to it
+RESTITUTION = (
+    0.45  # of a repetition by others; theirs is not known to us, and they find the angle insensitive to damping
+)
 CORRELATION_SD_DEG = 2.0
 
 

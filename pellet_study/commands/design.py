@@ -1,6 +1,7 @@
 """`pellet-study design`: judge a design, extend it, mend it, and say how many runs it takes."""
 
 import argparse
+import re
 from collections.abc import Sequence
 from pathlib import Path
 
@@ -194,9 +195,9 @@ def _held(given: str | None, factors) -> dict[str, float]:
     from pellet_study.doe.factors import parse_levels
 
     for factor in factors:
-        for k, word in enumerate(factor.levels):
-            code = factor.physical(-1.0 if k == 0 else 1.0)
-            given = given and given.replace(f"{factor.name}={word}", f"{factor.name}={code:g}")
+        for coded, word in zip((-1.0, 1.0), factor.levels, strict=False):
+            named = rf"(^|,)({re.escape(factor.name)})={re.escape(word)}(?=,|$)"
+            given = given and re.sub(named, rf"\g<1>\g<2>={factor.physical(coded):g}", given)
     return parse_levels(given) if given else {}
 
 

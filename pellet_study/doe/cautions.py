@@ -15,6 +15,7 @@ from pellet_study.doe.fitted_response import FittedResponse
 from pellet_study.doe.fold_over import resolution
 from pellet_study.doe.plackett_burman import Screening
 from pellet_study.doe.published_designs import misplaced_level, recognise
+from pellet_study.doe.screening_designs import default_runs
 from pellet_study.doe.standard_order import Departures, departures
 from pellet_study.doe.steepest_climb import Climb, significant_terms
 from pellet_study.doe.terms import interaction_terms
@@ -38,8 +39,8 @@ def aliasing_cautions(names: Sequence[str], coded) -> list[str]:
         if shares.max() > 1 - 1e-6:
             return [
                 f"in these {len(runs)} runs main effects are wholly mixed with interactions of two others, as "
-                f"{names[int(shares.argmax())]} with {names[i]}*{names[j]}: take --runs 12 or 20, which mix them in shares, or fold "
-                "the design over afterwards (design fold)"
+                f"{names[int(shares.argmax())]} with {names[i]}*{names[j]}: take --runs {default_runs(len(names))}, which mix them "
+                "in shares, or fold the design over afterwards (design fold)"
             ]
     return []
 

@@ -139,18 +139,19 @@ def test_replicates_of_one_rig_say_nothing_of_the_sd_of_another(tmp_path):
     assert status == 0 and not any("shear_cell" in said for said in answer["warnings"])
 
 
-@pytest.mark.parametrize("sd", (0.3, 1.9))
-def test_one_repeat_that_is_off_is_no_drift_whatever_sd_was_stated(tmp_path, capsys, sd):
-    """A stated sd that the repeats contradict is used for nothing, the test of a drift included."""
-    heights = np.repeat(HEIGHTS_MM, 2)
-    order = np.random.default_rng(1).permutation(len(heights)) + 1
-    noise = 0.3 * np.random.default_rng(2).standard_normal(len(heights))
-    noise[int(np.argmax(order))] += 6.0  # the last one taken
-    lines = ["rig,observable,value,sd,layer_height_mm,order"]
-    lines += [
-        f"layer_on_incline,slip_angle_deg,{slip_angle_deg(h, 0.6, 0.0) + e:.2f},{sd},{h:g},{k}"
-        for h, e, k in zip(heights, noise, order, strict=True)
+@pytest.mark.parametrize("sd", (0.3, 2.0))
+def test_one_repeat_that_is_off_is_no_drift_whatever_sd_was_stated(tmp_path, sd):
+    """A stated sd that the only repeat contradicts is used for nothing, the test of a drift included."""
+    heights = np.geomspace(8, 60, 18)
+    order = np.random.default_rng(1).permutation(18) + 1
+    values = [
+        slip_angle_deg(h, 0.6, 0.0) + 0.3 * e
+        for h, e in zip(heights, np.random.default_rng(2).normal(size=18), strict=True)
     ]
+    early = int(np.argmin(order))
+    taken = [*zip(heights, values, order, strict=True), (heights[early], values[early] + 3.0, 19)]
+    lines = ["rig,observable,value,sd,layer_height_mm,order"]
+    lines += [f"layer_on_incline,slip_angle_deg,{value:.2f},{sd},{h:.4f},{k}" for h, value, k in taken]
     status, answer = command("compare", folder(tmp_path / "s", lines), json_file=tmp_path / "answer.json")
     [drift] = answer["time_drift"]
     assert status == 0 and drift["p"] > 0.1 and abs(drift["z"]) < 2

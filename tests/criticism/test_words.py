@@ -358,7 +358,7 @@ def test_an_unknown_column_is_answered_with_those_of_the_rig_nearest_first(tmp_p
         and {"setup_sd", "split", "order"} < set(names)
         and " more" not in said
     )
-    assert "drop_height_mm" not in names and "normal_stress_pa" not in names and len(names) < 24
+    assert "drop_height_mm" not in names and "normal_stress_pa" not in names and len(names) < 20
 
 
 def test_an_unknown_parameter_is_answered_with_those_of_the_rigs_used(tmp_path, capsys):

@@ -381,3 +381,16 @@ def test_a_design_that_mixes_main_effects_wholly_says_so_when_it_is_made(tmp_pat
         assert ("wholly mixed with interactions" in capsys.readouterr().err) is mixed
     assert main(["pb", "--design", *names[:3], "--runs", "8", "--output", str(tmp_path / "full.csv")]) == 0
     assert "wholly mixed" not in capsys.readouterr().err
+
+
+def test_named_levels_are_held_and_no_other_factor_is_meant(tmp_path):
+    """Whose name ends with the other's, at a level that begins with the other's."""
+    path, made = tmp_path / "sheet.csv", tmp_path / "axial.csv"
+    runs = [
+        (a, b, gas, bio, a + b) for a in (1, 3) for b in (5, 9) for gas in ("mix", "co2") for bio in ("mix2", "none")
+    ]
+    pd.DataFrame(runs, columns=["A", "B", "gas", "biogas", "y"]).to_csv(path, index=False)
+    words = ["--factor", "gas=mix,co2", "--factor", "biogas=none,mix2", "--factors", "A,B"]
+    run("design", "axial", path, *words, "--hold", "biogas=mix2,gas=co2", "--output", made, tmp_path=tmp_path)
+    added = pd.read_csv(made).iloc[len(runs) :]
+    assert set(added["gas"]) == {"co2"} and set(added["biogas"]) == {"mix2"}
