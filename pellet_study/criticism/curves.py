@@ -63,12 +63,11 @@ def panels_of(rows: Sequence[Measurement]) -> list[Panel]:
         values = [rows[k].value for k in places]
         change = {n: _together([setting[n] for setting in settings.values()], values) for n in known}
         known.sort(key=lambda n: (distinct[n], change[n]), reverse=True)
-        along = {n: groups for n in known if (groups := _groups(settings, n, names))}
-        if along:
-            condition, groups = next(iter(along.items()))
+        condition, groups = next(((n, g) for n in known if (g := _groups(settings, n, names))), (known[0], []))
+        if groups:
             found += [_panel(rig, observable, condition, True, group, settings) for group in groups]
         else:
-            found.append(_panel(rig, observable, known[0], False, places, settings))
+            found.append(_panel(rig, observable, condition, False, places, settings))
     return found
 
 

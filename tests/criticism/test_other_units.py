@@ -5,6 +5,7 @@ import math
 import numpy as np
 import pytest
 
+from pellet_study.__main__ import main
 from pellet_study.rigs import standard
 from tests.criticism.test_newcomer import ball, rises
 from tests.criticism.test_words import asked, page_of
@@ -157,3 +158,20 @@ def test_readings_in_the_order_of_a_condition_are_told_where_the_model_fails_alo
     for name in ("compare", "diagnose"):
         said = warnings_of(name, study, capsys)
         assert any("was read in the order of layer_height_mm" in w for w in said) == told, said
+
+
+def test_readings_in_another_unit_than_their_sd_are_not_both_blamed(tmp_path, capsys):
+    """Metres beside sds in mm: read both in m, chi2 is a millionth of what scatter makes, which is no fit."""
+    study = tmp_path / "s"
+    assert main(["init", str(study), "--rig", "cup"]) == 0
+    file = study / "measurements.csv"
+    header, *lines = file.read_text().splitlines()
+    cells = [line.split(",") for line in lines]
+    place, value = header.split(",").index("setting_mm"), header.split(",").index("value")
+    noise = (0.8, -0.7, 0.4, -0.9, 0.6, -0.3)
+    for row, e in zip(cells, noise, strict=True):
+        row[value] = f"{(2 * float(row[place]) + e) / 1000:.6g}"
+    file.write_text("\n".join([header, *(",".join(row) for row in cells)]) + "\n")
+    capsys.readouterr()
+    assert main(["compare", str(study)]) == 0
+    assert "and their sd given in m" not in " ".join(capsys.readouterr().out.split())

@@ -5,6 +5,7 @@ import json
 import numpy as np
 import pandas as pd
 import pytest
+from scipy import stats
 
 from pellet_study.__main__ import main
 from pellet_study.doe import box_behnken, figures, plackett_burman, screening_designs, screening_text
@@ -394,3 +395,21 @@ def test_named_levels_are_held_and_no_other_factor_is_meant(tmp_path):
     run("design", "axial", path, *words, "--hold", "biogas=mix2,gas=co2", "--output", made, tmp_path=tmp_path)
     added = pd.read_csv(made).iloc[len(runs) :]
     assert set(added["gas"]) == {"co2"} and set(added["biogas"]) == {"mix2"}
+
+
+def test_the_pareto_chart_has_a_margin_of_each_bar_where_standard_errors_differ():
+    """A run repeated four times at one corner: the bars' own margins are those of the table's p values."""
+    coded = pd.DataFrame(
+        [(a, b) for a in (-1, 1) for b in (-1, 1)] + 3 * [(1, 1)] + 2 * [(-1, 1)], columns=["A", "B"], dtype=float
+    )
+    y = 3 * coded["A"] + coded["B"] + np.random.default_rng(1).normal(size=len(coded))
+    screening = plackett_burman.analyse(code_design(coded.assign(y=y)), interactions=False)
+    axes = figures.pareto(screening).axes[0]
+    (margins,) = axes.collections
+    names = sorted(screening.effects, key=lambda name: abs(screening.effects[name]))
+    p = {row["source"]: row["p"] for row in screening.anova}
+    for name, segment in zip(names, margins.get_segments(), strict=True):
+        assert (abs(screening.effects[name]) > segment[0][0]) == (p[name] < 0.05)
+        assert segment[0][0] == pytest.approx(
+            2 * screening.model.standard_errors[name] * stats.t.ppf(0.975, screening.model.df_residual)
+        )

@@ -9,7 +9,7 @@ import pellet_study as ps
 from pellet_study.__main__ import main
 from pellet_study.study.load import load
 from pellet_study.study.ranges import unusual
-from tests.helpers.make_study import command
+from tests.helpers.make_study import command, folder
 
 RIG = """
 import numpy as np
@@ -289,3 +289,10 @@ def test_a_condition_that_is_a_word_is_assumed_or_given_like_any_other(tmp_path,
     assert "plate: glass (can be steel, glass, default steel)" in answered(given, capsys, "check")[1].out
     blank = ball(tmp_path / "u", head, lambda h: f"{h},2.7,{'' if h == 400 else 'glass'}", rig=rig)
     refused(blank, capsys, ["line 4: column plate is blank", "gives glass", "default, steel"])
+
+
+@pytest.mark.parametrize("law", ("cohesive_frictional", "cohesive_frictional_local_damping"))
+def test_a_parameter_that_only_another_law_has_is_not_assumed(tmp_path, law):
+    made = folder(tmp_path / "s", ["rig,observable,value,sd", "repose,repose_angle_deg,35,1"])
+    (made / "study.toml").write_text(f'contact_law = "{law}"\n')
+    assert ("cohesive_frictional_damping" in load(made).assumed) is (law == "cohesive_frictional_local_damping")
