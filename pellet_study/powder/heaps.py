@@ -13,7 +13,7 @@ import pandas as pd
 from pellet_study.doe.factors import Factor
 from pellet_study.errors import SimulationError
 from pellet_study.files import opening, writing
-from pellet_study.powder.plan import OBSERVABLE, RIG, SYMBOLS, Plan
+from pellet_study.powder.plan import OBSERVABLE, OTHER_READINGS, RIG, SYMBOLS, Plan
 from pellet_study.rigs import on_yade
 from pellet_study.simulation import dispatch
 
@@ -95,8 +95,8 @@ class Heaps:
 
         Returns
         -------
-        Columns `stage`, `seed`, the factors, `repose_angle_deg` (missing where there is none), `direction_error_deg`,
-        `bond_number`, `verdict`, `id`.
+        Columns `stage`, `seed`, the factors, `repose_angle_deg` (the reading that was measured; missing where there is none),
+        `direction_error_deg`, `bond_number`, the other readings of the same heaps (`OTHER_READINGS`), `verdict`, `id`.
         """
         levels = [self.levels(point) for point in points]
         if self.plan.seeds_by == "place":
@@ -124,7 +124,8 @@ class Heaps:
         table = pd.DataFrame(levels)
         table.insert(0, "seed", seeds)
         table.insert(0, "stage", stage)
-        read = {OBSERVABLE: self.plan.observable} | {name: name for name in ("direction_error_deg", "bond_number")}
+        others = ("direction_error_deg", "bond_number", *OTHER_READINGS)
+        read = {OBSERVABLE: self.plan.observable} | {name: name for name in others}
         for name, observable in read.items():
             table[name] = pd.to_numeric(found[observable], errors="coerce").to_numpy()
         unread = (found["status"] == "ok").to_numpy() & table[OBSERVABLE].isna()

@@ -13,12 +13,8 @@ from pellet_study.rigs import on_yade
 from yade_scripts import laws, powder_scene
 
 RIG, OBSERVABLE = "repose", "repose_angle_deg"
-READINGS = (
-    OBSERVABLE,
-    "repose_flank_deg",
-    "repose_triangle_deg",
-    "repose_moment_deg",
-)  # of a heap; a study measures one
+OTHER_READINGS = ("repose_flank_deg", "repose_triangle_deg", "repose_moment_deg")
+READINGS = (OBSERVABLE, *OTHER_READINGS)  # of a heap; a study measures one
 SYMBOLS = {
     "A": "powder_restitution",
     "B": "powder_static_friction",

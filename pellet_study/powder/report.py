@@ -129,6 +129,8 @@ def text_of(results: Results) -> str:
     lines += [f"{name} ({NAMES[name]}): {why}" for name, why in plan.idle.items()]
     if results.done("screening"):
         lines += effects_lines(pd.read_csv(opening.stream(results.folder / "screening" / "effects.csv")))
+        readings = results.folder / "screening" / "readings.csv"  # release 0.1 wrote none
+        lines += readings_lines(pd.read_csv(opening.stream(readings))) if readings.exists() else []
     if results.done("surface"):
         lines += coefficients_lines(pd.read_csv(opening.stream(results.folder / "surface" / "coefficients.csv")))
     if "surface" in results.counting():
@@ -161,6 +163,17 @@ def effects_lines(effects: pd.DataFrame) -> list[str]:
             f"  {row.factor} {NAMES[row.factor]:33s} {row.effect_deg:+6.2f} +- {row.standard_error_deg:.2f}   paper "
             f"{row.paper_effect_deg:+6.2f}   {row.sign}"
         )
+    return lines
+
+
+def readings_lines(readings: pd.DataFrame) -> list[str]:
+    """The effects by each reading of the same heaps, a line a reading."""
+    lines = ["", "the same heaps by each reading: effects and their standard error, scatter of heaps at one point, deg:"]
+    for reading, rows in readings.groupby("reading", sort=False):
+        effects = "  ".join(f"{row.factor} {row.effect_deg:+.2f}" for row in rows.itertuples())
+        first = rows.iloc[0]
+        scatter = "" if pd.isna(first["scatter_deg"]) else f", scatter {first['scatter_deg']:.2f}"
+        lines.append(f"  {reading:20s} {effects}  +- {rows['standard_error_deg'].max():.2f}{scatter}")
     return lines
 
 

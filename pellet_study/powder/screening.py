@@ -7,7 +7,7 @@ from pellet_study.powder.decisions import Screening
 from pellet_study.powder.heaps import Heaps, lost_of, point_at, repeated
 from pellet_study.powder.plan import Plan
 from pellet_study.powder.results import Results
-from pellet_study.powder.tables import effects_table, errors_of, scatter, table_of
+from pellet_study.powder.tables import effects_table, errors_of, readings_table, scatter, table_of
 
 GO_ON = 3  # factors, as in the source paper
 
@@ -25,6 +25,7 @@ def screen(heaps: Heaps, results: Results) -> tuple[Screening, plackett_burman.S
     found = plackett_burman.analyse(table_of(good, factors), interactions=False)
     errors = {name: 2 * error for name, error in errors_of(found.model).items() if name in found.effects}
     results.write_table("screening", "effects", effects_table(heaps.plan, found, errors))
+    results.write_table("screening", "readings", readings_table(good, factors, heaps.plan.observable, terms + 1))
     decision = Screening(
         factors=sorted(largest(found, heaps.plan)),
         clear=[name for name in found.effects if abs(found.effects[name]) > 2 * errors[name]],

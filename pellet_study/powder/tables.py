@@ -11,7 +11,7 @@ from pellet_study.doe.factors import Factor
 from pellet_study.doe.linear_model import LinearFit
 from pellet_study.paper import printed as paper
 from pellet_study.powder.decisions import Surface
-from pellet_study.powder.plan import OBSERVABLE, SYMBOLS, Plan
+from pellet_study.powder.plan import OBSERVABLE, OTHER_READINGS, SYMBOLS, Plan
 
 ANGLE = "repose angle"
 
@@ -67,6 +67,35 @@ def effects_table(plan: Plan, found: plackett_burman.Screening, errors: Mapping[
                 "note": note,
             }
         )
+    return pd.DataFrame(rows)
+
+
+def readings_table(runs: pd.DataFrame, factors: list[Factor], measured: str, least: int) -> pd.DataFrame:
+    """Effects by each reading of the same heaps (deg): how far they are a matter of how a heap is read.
+
+    `measured` is the reading that stands under the name of the angle. A row a reading and factor, with the scatter of that
+    reading between heaps at one point; a reading that fewer than `least` heaps have is left out.
+    """
+    rows = []
+    others = (name for name in OTHER_READINGS if name != measured and not runs[name].equals(runs[OBSERVABLE]))
+    for reading in (measured, *others):
+        read = runs if reading == measured else runs.assign(**{OBSERVABLE: runs[reading]})
+        read = read[read[OBSERVABLE].notna()]
+        if len(read) < least:
+            continue
+        found = plackett_burman.analyse(table_of(read, factors), interactions=False)
+        errors = errors_of(found.model)
+        rows += [
+            {
+                "reading": reading,
+                "factor": name,
+                "effect_deg": effect,
+                "standard_error_deg": 2 * errors[name],
+                "scatter_deg": scatter(read),
+                "heaps": len(read),
+            }
+            for name, effect in found.effects.items()
+        ]
     return pd.DataFrame(rows)
 
 

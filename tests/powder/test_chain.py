@@ -60,6 +60,8 @@ class Formula:
                     "id": f"{case['seed']}",
                     "repose_angle_deg": None if lost else angle,
                     "repose_flank_deg": None if lost or number in self.flat else angle + 2,
+                    "repose_triangle_deg": None if lost else angle,
+                    "repose_moment_deg": None if lost else 10 + angle / 2,
                     "direction_error_deg": None if lost else 0.3,
                     "bond_number": 3.7,
                     "status": "jammed: 400 of 1503 grains came out" if lost else "ok",
@@ -118,6 +120,11 @@ def test_the_chain_finds_a_setting_with_the_target_angle(powder, monkeypatch):
     for picture in ("screening/pareto.png", "climb/climb.png", "optimum/surface.png", "surface/predicted_observed.png"):
         assert (powder / picture).stat().st_size > 5000
     json.dumps(report.answer(chain.results), allow_nan=False)
+    readings = pd.read_csv(powder / "screening" / "readings.csv").set_index(["reading", "factor"])["effect_deg"]
+    for name in "BCG":  # the stub's flank is the angle and 2 deg, its moment half of it
+        assert readings["repose_flank_deg", name] == pytest.approx(readings["repose_angle_deg", name])
+        assert readings["repose_moment_deg", name] == pytest.approx(readings["repose_angle_deg", name] / 2)
+    assert "repose_moment_deg" in text
 
 
 def test_each_key_of_the_answer_has_its_meaning(powder, tmp_path, monkeypatch):
