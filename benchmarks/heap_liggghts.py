@@ -82,7 +82,7 @@ def grains(case: dict) -> tuple[np.ndarray, np.ndarray, np.ndarray, apparatus.Fu
     number = round(1e-3 * conditions["powder_mass_g"] / mass)
     radii = powder_scene.radii(number, radius, numerics["size_spread"], draw)
     funnel = apparatus.Funnel(
-        0.5e-3 * numerics["outlet_diameter_mm"],
+        0.5e-3 * conditions["outlet_diameter_mm"],
         0.5e-3 * numerics["funnel_diameter_mm"],
         1e-3 * conditions["outlet_height_mm"],
     )

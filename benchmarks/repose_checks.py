@@ -63,12 +63,17 @@ LENGTHS = (
     "funnel_diameter_mm",
     "cylinder_diameter_mm",
 )
-READINGS = ("repose_angle_deg", "repose_flank_deg", "repose_triangle_deg", "repose_moment_deg")
-COMPARED = (
-    "repose_angle_deg",
-    "repose_moment_deg",
-)  # the reading that stands for the angle, and that of the least scatter
-MORE = ("over_edge_share", "heap_height_mm", "flow_time_s", "end_time_s", "largest_overlap")
+READINGS = ("repose_angle_deg", "repose_flank_deg", "repose_triangle_deg", "repose_moment_deg", "repose_height_deg")
+# the reading that stands for the angle, then those of less scatter, by what their columns begin with
+COMPARED = {"": "repose_angle_deg", "moment_": "repose_moment_deg", "height_": "repose_height_deg"}
+MORE = (
+    "over_edge_share",
+    "heap_height_mm",
+    "discharge_time_s",
+    "fill_bulk_density_kg_m3",
+    "end_time_s",
+    "largest_overlap",
+)
 
 
 def case(seed: int, changes: dict, law: str | None = None) -> dict:
@@ -86,7 +91,7 @@ def shaped(grains: int) -> dict:
     default = {name: quantity["default"] for name, quantity in (known.conditions | known.numerics).items()}
     larger = (grains / 1503) ** (1 / 3)
     scaled = {name: round(larger * default[name], 2) for name in LENGTHS}
-    scaled["lift_mm_s"] = round(larger**0.5 * default["lift_mm_s"], 2)  # of the same Froude number
+    scaled["lift_speed_mm_s"] = round(larger**0.5 * default["lift_speed_mm_s"], 2)  # of the same Froude number
     return {"powder_mass_g": round(default["powder_mass_g"] * grains / 1503, 3)} | scaled
 
 
@@ -163,12 +168,14 @@ def each_protocol() -> list[Row]:
     rows = []
     for protocol in on_yade.rig("repose").conditions["protocol"]["options"]:
         told = {"protocol": protocol} if protocol != "defined_base" else {}
-        other = {"lift_mm_s": 60.0} if protocol == "lifted_cylinder" else {"outlet_height_mm": 50.0}
+        other = {"lift_speed_mm_s": 60.0} if protocol == "lifted_cylinder" else {"outlet_height_mm": 50.0}
         rows += [
             Row(f"{protocol}: default", 0.2, told, None),
             Row(f"{protocol}: time step", 0.2, told | {"time_step_fraction": 0.045}, told),
             Row(f"{protocol}: 500 grains", 0.2, told | shaped(500), told),
-            Row(f"{protocol}: {'faster lift' if 'lift_mm_s' in other else 'fall height'}", 0.2, told | other, told),
+            Row(
+                f"{protocol}: {'faster lift' if 'lift_speed_mm_s' in other else 'fall height'}", 0.2, told | other, told
+            ),
             Row(f"{protocol}: mass", 0.2, told | {"powder_mass_g": 50.0}, told),
         ]
     return rows
@@ -178,8 +185,10 @@ TABLES = {"invariance": one_at_a_time, "protocols": each_protocol, "costly": cos
 
 
 def name_of(case: dict) -> str:
-    """A case by what it says of a heap without effects, whatever the scripts."""
-    said = {group: case[group] for group in ("contact_law", "seed", "parameters", "conditions", "numerics")}
+    """A case by what it says of a heap without effects, whatever the scripts and wherever a rig declares it."""
+    said = {key: case[key] for key in ("contact_law", "seed")}
+    for group in ("parameters", "conditions", "numerics"):
+        said |= case[group]
     return hashlib.sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()[:16]
 
 
@@ -205,11 +214,11 @@ class Heaps:
         found = [(version or self.version, name_of(one)) for one in cases if self.known(one, version)]
         return self.rows.loc[found] if found else pd.DataFrame(columns=["status", *READINGS])
 
-    def check(self, row: Row) -> None:
-        """Simulate a heap of the file anew, if there is one of a processor like this."""
+    def check(self, rows: list[Row]) -> None:
+        """Simulate a heap of the file anew, if those rows have one of a processor like this."""
         if self.rows is None:
             return
-        known = (one for one in map(row.case, range(row.most)) if self.known(one))
+        known = (one for row in rows for one in map(row.case, range(row.most)) if self.known(one))
         one = next((one for one in known if self.frame([one])["rounding"].iloc[0] == rounding()), None)
         if one is None:
             print(f"no heap of {HEAPS.name} is of a processor like this one: none could be repeated", file=sys.stderr)
@@ -251,17 +260,19 @@ def line(row: Row, here: pd.DataFrame, base: pd.DataFrame | None) -> dict:
     if len(good):
         found |= {name: round(good[name].astype(float).mean(), 2) for name in READINGS}
     if len(good) > 1:
-        sds = (round(good[name].astype(float).std(), 2) for name in COMPARED)
-        found |= dict(zip(("sd_over_seeds_deg", "moment_sd_over_seeds_deg"), sds, strict=True))
+        found |= {
+            f"{kind}sd_over_seeds_deg": round(good[name].astype(float).std(), 2) for kind, name in COMPARED.items()
+        }
     if base is not None:
         base = base[base["status"] == "ok"]
         if row.paired:
             good, base = (each[each["seed"].isin(other["seed"])] for each, other in ((good, base), (base, good)))
         found["compared_with"] = len(base)
         if min(len(good), len(base)) > 1:
-            angles, moments = ([each[name].astype(float).to_numpy() for each in (good, base)] for name in COMPARED)
-            found |= difference(*angles, row.aim, row.paired)
-            found |= {f"moment_{key}": value for key, value in difference(*moments, None, row.paired).items()}
+            for kind, name in COMPARED.items():
+                angles = [each[name].astype(float).to_numpy() for each in (good, base)]
+                changed = difference(*angles, None if kind else row.aim, row.paired)
+                found |= {f"{kind}{key}": value for key, value in changed.items()}
     if len(good):
         found["largest_overlap"] = round(good["largest_overlap"].astype(float).max(), 3)
         found["end_time_s"] = round(good["end_time_s"].astype(float).mean(), 3)
@@ -317,9 +328,10 @@ def page(table: pd.DataFrame) -> list[str]:
             row["setting"] or "",
             f"{row['heaps'] - row['lost']:g}" + (f" of {row['heaps']:g}" if row["lost"] else ""),
         ]
-        angles = (row.get("repose_angle_deg"), row.get("repose_moment_deg"))
-        cells.append(f"none: {row['first_loss']}" if None in angles else "{:.1f} / {:.1f}".format(*angles))
-        for name in ("", "moment_"):
+        angles = [row.get(name) for name in COMPARED.values()]
+        words = " / ".join("-" if angle is None else f"{angle:.1f}" for angle in angles)
+        cells.append(f"none: {row['first_loss']}" if angles[0] is None else words)
+        for name in COMPARED:
             change = [row.get(f"{name}{key}_deg") for key in ("change", "low", "high")]
             cells.append("" if None in change else "{:+.1f} ({:.1f} to {:.1f})".format(*change))
         aim = row.get("aim_deg")
@@ -340,9 +352,7 @@ def readings(heaps: Heaps) -> pd.DataFrame:
         if row.base is None:
             found = heaps.frame(row.case(k) for k in range(row.most))
             found = found[found["status"] == "ok"]
-            base_mm = row.case(0)["conditions"]["base_diameter_mm"]
-            found = found.assign(repose_height_deg=np.degrees(np.arctan(2 * found["heap_height_mm"] / base_mm)))
-            for name in (*READINGS[1:], "repose_height_deg"):
+            for name in READINGS[1:]:
                 angles = found[name].dropna().astype(float)
                 half = stats.t.ppf(0.975, len(angles) - 1) * stats.sem(angles)
                 values = {"angle_deg": angles.mean(), "half_interval_deg": half, "sd_over_seeds_deg": angles.std()}
@@ -403,7 +413,7 @@ def main() -> None:
         print(heaps.frame(cases).reset_index().to_csv(index=False, float_format="%.9g"))
         return
     wanted = given.tables or known
-    heaps.check(VERSIONS[0])
+    heaps.check(VERSIONS)
     for name in wanted:
         rows = TABLES[name]() if name in TABLES else VERSIONS
         now = [row for row in rows if wanted_row(row, given.energies, given.what)]

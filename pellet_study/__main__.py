@@ -29,7 +29,7 @@ KEPT = ("history.json", "margin.json", "decision.json")  # read again by later c
 
 def _parser(chosen: str | None) -> argparse.ArgumentParser:
     """The full list of commands, with the arguments of the chosen one (the others are not imported)."""
-    parser = argparse.ArgumentParser(prog="pellet-study", description=pellet_study.__doc__)
+    parser = argparse.ArgumentParser(prog="pellet-study", description=(pellet_study.__doc__ or "").partition("\n")[0])
     parser.add_argument("--version", action="version", version=f"pellet-study {pellet_study.__version__}")
     commands = parser.add_subparsers(dest="command", metavar="COMMAND", required=True)
     for name, summary in COMMANDS.items():

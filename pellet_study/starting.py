@@ -12,7 +12,7 @@ import threading
 from typing import NoReturn
 
 INTERRUPTED = 130
-WORDS = "interrupted; what was finished is kept"
+WORDS = "interrupted; what was finished is kept, and the same command goes on"
 AGAIN_S = 0.05
 _asked = False  # whether it came: a library may have made another exception of it
 

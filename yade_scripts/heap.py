@@ -1,10 +1,11 @@
-"""Repose angle of a heap: three readings of its grains, of which two read a profile from a photograph as well.
+"""Repose angle of a heap: four readings of its grains, of which two read a profile from a photograph as well.
 
 - `flank`: straight lines through both flanks of each silhouette, from 20 to 80 % of the height. The straight line through
   the outline of a heap is the source paper's way (its Figure 10), so that its 41.69 deg is compared with this one.
 - `triangle`: the least-squares isosceles triangle through each silhouette, as well from 20 to 80 % of the height.
 - `moment`: the slope of the cone that has the moments of the grains' heights z and distances r from the axis,
   atan(2 <z>/<r>).
+- `height`: atan(height / radius of the base), the reading of the tester of ISO 4324. There is none on an endless plate.
 
 A rig calls
 
@@ -208,6 +209,21 @@ def _slope_of_cone(volume, r, z, rr, rz) -> np.ndarray:
 def _slope_of_cut_cone(volume, r, z, rr, rz) -> np.ndarray:
     """From the same sums."""
     return -2 * (volume * rz - r * z) / (volume * rr - r * r)
+
+
+def height_deg(centres, radii, base_radius: float | None) -> float | None:
+    """atan(h/r) of a heap on a disc of radius r, h being the top of its highest grain above the disc, deg; None on a plate.
+
+    The reading of the tester of ISO 4324. The highest grain stands out of the cone by up to its diameter.
+
+    Parameters
+    ----------
+    centres, radii : of the grains of one heap, as in `readings`
+    """
+    if base_radius is None:
+        return None
+    centres, radii = body(centres, radii)
+    return float(np.degrees(np.arctan((centres[:, 2] + radii).max() / base_radius)))
 
 
 def body(centres, radii) -> tuple[np.ndarray, np.ndarray]:

@@ -35,7 +35,7 @@ from pathlib import Path
 
 import numpy as np
 
-from yade_scripts import heap, laws
+from yade_scripts import fill, heap, laws
 from yade_scripts.acting import Effects, declared
 from yade_scripts.apparatus import Base, Funnel
 from yade_scripts.case import Failed, choice, quantity
@@ -89,6 +89,8 @@ RIG = {
         "base_diameter_mm": quantity(50.0, 10.0, 200.0, "mm", "diameter of the disc; the funnel's plate is endless"),
         "powder_mass_g": quantity(25.0, 1.0, 500.0, "g", "mass of the powder; 1,503 grains at the default"),
         "outlet_height_mm": quantity(37.5, 10.0, 200.0, "mm", "height of the funnel's outlet above the base"),
+        "outlet_diameter_mm": quantity(24.0, 4.0, 100.0, "mm", "of the funnel, whose cone slopes at 60 deg"),
+        "lift_speed_mm_s": quantity(30.0, 1.0, 500.0, "mm/s", "of the lifted cylinder"),
         "particle_diameter_um": quantity(431.3, 100.0, 2000.0, "um", "diameter before amplification"),
         "amplification": quantity(6.0, 2.0, 12.0, "1", "amplified over original diameter"),
     },
@@ -105,10 +107,8 @@ RIG = {
         "rolling_spring": quantity(
             0.1, 1e-3, 0.5, "1", "stiffness of Mindlin rolling moments below the limit, in I/dt^2"
         ),
-        "outlet_diameter_mm": quantity(24.0, 4.0, 100.0, "mm", "of the funnel; its cone slopes at 60 deg"),
         "funnel_diameter_mm": quantity(44.0, 8.0, 200.0, "mm", "of the funnel's cylinder: a wide one fills less high"),
         "cylinder_diameter_mm": quantity(26.0, 8.0, 100.0, "mm", "of the lifted cylinder"),
-        "lift_mm_s": quantity(30.0, 1.0, 500.0, "mm/s", "speed of the lifted cylinder"),
         "vibration_mm": quantity(0.4, 0.0, 5.0, "mm", "amplitude of the open funnel, along its axis"),
         "vibration_hz": quantity(60.0, 1.0, 500.0, "Hz", "frequency of the open funnel"),
         "surface_energy_exponent": quantity(
@@ -118,16 +118,18 @@ RIG = {
         "rest_energy": quantity(2e-3, 1e-6, 0.1, "1", "mean kinetic energy at rest, in a grain's weight times radius"),
     },
     "observables": {
-        "repose_angle_deg": "the triangle, nearest of the three readings to the angle of a made-up heap",
+        "repose_angle_deg": "the triangle, nearest of the readings to the angle of a made-up heap",
         "direction_error_deg": "standard error of the angle over the silhouettes of this one heap",
         "repose_flank_deg": "mean slope of both flanks between 20 and 80 % of the height, over the silhouettes",
         "repose_triangle_deg": "slope of the least-squares triangle through each silhouette",
         "repose_moment_deg": "slope of the cone that has the moments of all grains' heights and distances from the axis",
+        "repose_height_deg": "atan(height / radius of the base), as the tester of ISO 4324 is read; none on an endless plate",
         "bond_number": "pull-off force of two grains over the weight of one",
         "grains": "number of grains poured",
         "over_edge_share": "share of them that ran over the edge of the base",
         "heap_height_mm": "highest point of the heap",
-        "flow_time_s": "from opening until the funnel is empty",
+        "discharge_time_s": "from opening until the last grain leaves the funnel; none of a lifted cylinder, whose speed is given",
+        "fill_bulk_density_kg_m3": "mass over volume in the middle of the settled fill; none where the fill is too low",
         "end_time_s": "simulated time",
         "largest_overlap": "of two bodies at any look, in the mean radius",
     },
@@ -144,9 +146,10 @@ def simulate(case: dict) -> dict:
     scene, bond = build(case)
     protocol, numerics, pouring = case["conditions"]["protocol"], case["numerics"], Pouring(scene)
     pouring.fill()
+    filled = fill.bulk_density(scene.centres(), scene.grains, scene.powder.density, scene.funnel.outlet)
     opened = O.time
     if protocol == LIFTED_CYLINDER:
-        emptied = pouring.lift(1e-3 * numerics["lift_mm_s"])
+        emptied = pouring.lift(1e-3 * case["conditions"]["lift_speed_mm_s"])
     else:
         emptied = pouring.pour(1e-3 * numerics["vibration_mm"], numerics["vibration_hz"])
     pouring.rest(numerics["rest_energy"], emptied)
@@ -164,11 +167,13 @@ def simulate(case: dict) -> dict:
         "repose_flank_deg": None if read.no_flank else read.flank.angle_deg,
         "repose_triangle_deg": read.triangle.angle_deg,
         "repose_moment_deg": read.moment.angle_deg,
+        "repose_height_deg": heap.height_deg(centres, scene.grains, scene.base.radius),
         "bond_number": bond,
         "grains": pouring.number,
         "over_edge_share": None if scene.base.radius is None else float(pouring.over_edge.sum() / pouring.number),
         "heap_height_mm": 1e3 * float((centres[:, 2] + scene.grains).max()),
-        "flow_time_s": emptied - opened,
+        "discharge_time_s": None if protocol == LIFTED_CYLINDER else emptied - opened,
+        "fill_bulk_density_kg_m3": filled,
         "end_time_s": O.time,
         "largest_overlap": pouring.overlap,
     }
@@ -194,7 +199,7 @@ def build(case: dict) -> tuple[PowderScene, float]:
         raise Failed(f"{number} grains make no heap; take more powder or a smaller amplification")
     draw = np.random.default_rng(case["seed"])
     funnel = Funnel(
-        0.5e-3 * numerics["outlet_diameter_mm"],
+        0.5e-3 * conditions["outlet_diameter_mm"],
         0.5e-3 * numerics["funnel_diameter_mm"],
         1e-3 * conditions["outlet_height_mm"],
     )

@@ -109,6 +109,7 @@ COMPARE = {
     "holdout_rms_error": "the same of the rows held out; null where there are none",
     "rms_error_unit": "the observable's unit, or standard uncertainties where a study has several observables",
     "noise_floor": "what scatter alone leaves of a row: the median standard uncertainty, in the unit of `rms_error`",
+    "noise_rms": "what `rms_error` would be if scatter alone were left: root mean square of the fitted rows' standard uncertainties",
     "level_out_rms_error": "{rig.condition: rms error of each level predicted from the others}",
     "not_identified": "constants whose 95 % interval takes half of their range or more",
     "at_bound": "constants that ended at a bound of their range",

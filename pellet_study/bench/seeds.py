@@ -60,7 +60,7 @@ class Seeds:
     Attributes
     ----------
     parameters : the study's; one that is calibrated counts only where its own test has no reading
-    effort : share of the seeds of `STAGES` that is simulated, for a quick look
+    effort : times the seeds of `STAGES` that are simulated
     damping_at_contact : 1 where the damper of the seed takes the mass effective at the contact, 0 its whole mass
     runs : every row asked for, call after call
     """

@@ -1,7 +1,7 @@
 """What commands share: the study they are about, and how it is loaded."""
 
 import argparse
-from collections.abc import Callable
+from collections.abc import Callable, Collection
 from contextlib import AbstractContextManager
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -36,14 +36,17 @@ def study_of(arguments: argparse.Namespace) -> Study:
     return load(arguments.study, arguments.library)
 
 
-def say_assumed(study: Study) -> dict:
-    """Print what an answer rests on that no file of the study says, and warn of unusual values; returns its JSON key."""
+def say_assumed(study: Study, varied: Collection[str] = ()) -> dict:
+    """Print what an answer rests on that no file of the study says, and warn of unusual values; returns its JSON key.
+
+    `varied` are parameters that the command varies over a range of its own.
+    """
     from pellet_study.criticism.facts import assumed_words
 
-    if words := assumed_words(study):
+    if words := assumed_words(study, varied):
         say(f"assumed: {words} (defaults, as no file of the study gives them)\n")
     warn(study.remarks)
-    return {"assumed": study.assumed}
+    return {"assumed": {name: value for name, value in study.assumed.items() if name not in varied}}
 
 
 def named(arguments: argparse.Namespace) -> str:

@@ -27,8 +27,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         "--effort",
         type=number,
         default=1.0,
-        metavar="SHARE",
-        help="share of the seeds to simulate, for a quick look (1)",
+        metavar="TIMES",
+        help="times the usual number of seeds: below 1 for a quick look, up to 4 (1)",
     )
 
 
@@ -38,7 +38,7 @@ def run(arguments: argparse.Namespace) -> dict:
     from pellet_study.bench.readings import readings
 
     if not 0 < arguments.effort <= 4:
-        raise InputError(f"--effort {arguments.effort:g}: expected a share of the seeds above 0 and up to 4")
+        raise InputError(f"--effort {arguments.effort:g}: expected how many times the usual number of seeds, above 0 and up to 4")
     with look_of(arguments):  # refused before anything is simulated
         loaded = study_of(arguments)
     measured = readings(loaded.rows)

@@ -15,6 +15,7 @@ from pellet_study.output.terminal import say
 
 if TYPE_CHECKING:
     from pellet_study.powder import Heaps, Plan
+    from pellet_study.study import Study
 
 EPILOG = """\
 The measurements need the measured repose angle with its sd. Parameters A to G (powder_restitution, powder_static_friction,
@@ -90,7 +91,7 @@ def _run(arguments: argparse.Namespace) -> dict:
     study = study_of(arguments)
     plan = plan_of(study, arguments.contact_law)
     _make(folder)
-    assumed = say_assumed(study)
+    assumed = _say_ranges(study, plan)
     heaps = _heaps(arguments, plan, folder)
     results = Results(plan, folder, arguments.quick)
     if arguments.few:
@@ -101,6 +102,17 @@ def _run(arguments: argparse.Namespace) -> dict:
     chain.run(_stages(arguments))
     say(report.write(chain))
     return {**report.answer(results), **assumed}
+
+
+def _say_ranges(study: "Study", plan: "Plan") -> dict:
+    """Print which factors have the paper's range, and what else is assumed; returns the JSON key of the latter."""
+    from pellet_study.powder.plan import SYMBOLS
+
+    printed = [f for f in plan.factors if f.name not in plan.own]
+    if printed:
+        ranges = ", ".join(f"{SYMBOLS[f.name]} ({f.name}) {f.low:g} to {f.high:g}" for f in printed)
+        say(f"screened over the source paper's Table 6, as study.toml gives no range: {ranges}")
+    return say_assumed(study, [SYMBOLS[f.name] for f in plan.factors])
 
 
 def _check(arguments: argparse.Namespace, folder: Path) -> None:

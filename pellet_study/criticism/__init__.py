@@ -1,7 +1,7 @@
 """Model criticism: does the model fit, where does it fail, which absent effect would explain it, what to measure next.
 
-verdicts, scatter, ways < cell_means < outlying, least_squares < starts < calibration < lack_of_fit, score_tests < constancy, intervals
-< residuals < spread, time_drift < grades, holdout, used_sd < entries, likely_unit, reading_order < bounds < compare < signatures < rivals
+verdicts, scatter, ways < cell_means < used_sd, outlying, least_squares < starts < calibration < lack_of_fit, score_tests < constancy, intervals
+< residuals < spread, time_drift < grades, holdout < entries, likely_unit, reading_order < bounds < compare < signatures < rivals
 < explanations, ranking, possible, predictions, outcomes < near_misses, next_measurement < diagnose < by_level, noise, suspicious
 < robustness < refine, facts, understood, curves < fit_facts < answers, verdict_facts < text
 < figures/readings < figures/errors, figures/explanations

@@ -1,5 +1,6 @@
 """The machine-readable form of each answer."""
 
+import math
 import statistics
 from collections.abc import Mapping, Sequence
 from dataclasses import asdict
@@ -36,6 +37,7 @@ def comparison(compared: Comparison) -> dict:
         "holdout_rms_error": compared.holdout_rms_error,
         "rms_error_unit": compared.rms_error_unit,
         "noise_floor": noise_floor(compared),
+        "noise_rms": noise_rms(compared),
         "level_out_rms_error": compared.level_out_rms_error,
         "not_identified": list(compared.not_identified),
         "at_bound": list(compared.at_bound),
@@ -190,6 +192,17 @@ def noise_floor(compared: Comparison) -> float | None:
         return 1.0
     known = [r.uncertainty for r in compared.rows if r.uncertainty]
     return statistics.median(known) if known else None
+
+
+def noise_rms(compared: Comparison) -> float | None:
+    """What `rms_error` would be if scatter alone were left: root mean square of the fitted rows' standard uncertainties."""
+    fitted = [r for r in compared.rows if r.row.split == "fit"]
+    known = [r.uncertainty for r in fitted if r.uncertainty]
+    if not known or len(known) < len(fitted):
+        return None
+    if len({r.row.observable for r in compared.rows}) > 1:
+        return 1.0
+    return math.sqrt(statistics.fmean(u * u for u in known))
 
 
 def tied(names: tuple[tuple[str, ...], ...]) -> list:

@@ -16,7 +16,7 @@ import numpy as np
 from pellet_study.criticism.calibration import CalibratedStudy
 from pellet_study.criticism.compare import Comparison
 from pellet_study.criticism.diagnose import Diagnosis
-from pellet_study.criticism.residuals import reading_sd
+from pellet_study.criticism.used_sd import reading_sd
 from pellet_study.model.model import Case, Model, key
 from pellet_study.study.measurements import Measurement
 
@@ -177,7 +177,7 @@ def curves_at(state: CalibratedStudy, point: np.ndarray, effects: Sequence[str],
 def reading_uncertainties(state: CalibratedStudy) -> list[float | None]:
     """Standard uncertainty of each row's reading: its scatter, over the root of its number of readings, and its set-up."""
     found: list[float | None] = []
-    for row, sd in zip(state.study.rows, reading_sd(state.study), strict=True):
+    for row, sd in zip(state.study.rows, reading_sd(state.study.rows), strict=True):
         more = state.cells.contradicted.get((row.rig, row.observable), 1.0) if row.sd is not None else 1.0
         found.append(None if sd is None else _short(float(np.hypot(more * sd / np.sqrt(row.n), row.setup_sd))))
     return found

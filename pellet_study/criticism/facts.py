@@ -112,13 +112,16 @@ def model_name(effects: Sequence[str]) -> str:
     return "base" + "".join(f" + {name}" for name in effects)
 
 
-def assumed_words(study: Study) -> str:
-    """`layer_on_incline: channel_width_mm 100; parameters: density 1400`: defaults that an answer rests on; `` without any."""
+def assumed_words(study: Study, varied: Collection[str] = ()) -> str:
+    """`layer_on_incline: channel_width_mm 100; parameters: density 1400`: defaults that an answer rests on; `` without any.
+
+    `varied` are parameters that the command varies, so that their defaults are not taken.
+    """
     said = [
         f"{rig}: {', '.join(f'{name} {number(value)}' for name, value in names.items())}"
         for rig, names in study.assumed_conditions.items()
     ]
-    parameters = study.assumed_parameters
+    parameters = {name: value for name, value in study.assumed_parameters.items() if name not in varied}
     if len(parameters) > MOST_ASSUMED:
         said.append(f"{len(parameters)} parameters, which `pellet-study check` lists")
     elif parameters:
@@ -202,6 +205,14 @@ def proposal(diagnosis: dict) -> Proposal | None:
         proposed.get("least_separation"),
         tuple(proposed.get("closest", ())),
     )
+
+
+def test_words(verdict: str, proposal: Proposal) -> str:
+    """What a measurement is for where one explanation stands alone; empty where it tells several apart."""
+    named, *others = (rival.explanation for rival in proposal.predictions)
+    if verdict != "missing" or len(others) != 1:
+        return ""
+    return f"nothing needs telling apart; to test {named} against the runner-up, {others[0]}: "
 
 
 def apart_words(proposed: Proposal) -> str:

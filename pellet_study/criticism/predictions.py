@@ -7,7 +7,7 @@ import numpy as np
 
 from pellet_study.criticism.calibration import CalibratedStudy, covariance, reduced_chi2
 from pellet_study.criticism.least_squares import Fit
-from pellet_study.criticism.residuals import reading_sd
+from pellet_study.criticism.used_sd import reading_sd
 from pellet_study.model.model import Case, Model
 
 STEP = 1e-4  # of a parameter's range, for slopes
@@ -104,7 +104,7 @@ def _in(model: Model, source: Model, point: np.ndarray) -> np.ndarray:
 def reading_uncertainty(state: CalibratedStudy, cases: Sequence[Case], predicted: np.ndarray) -> np.ndarray:
     """Expected standard uncertainty of one more mean reading at each case, from those of the rig's rows."""
     study, cells = state.study, state.cells
-    spread = reading_sd(study)
+    spread = reading_sd(study.rows)
     unit = np.sqrt(state.fit.chi2 / max(len(cells.case) - len(state.fit.problem.free), 1))
     fitted = [(state.model.cases[c], sd) for c, sd in zip(cells.case, cells.sd, strict=True)]
     uncertainty = np.empty(len(cases))

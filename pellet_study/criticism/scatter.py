@@ -194,7 +194,7 @@ def dof_of_groups(groups: Iterable[GroupSd]) -> tuple[int, ...]:
     return tuple(together if group.by_rule else int(group.dof) for group in groups)
 
 
-def pooled_sd(means: np.ndarray, sd: np.ndarray, dof: np.ndarray) -> np.ndarray:
+def pooled_sd(means: np.ndarray, sd: np.ndarray, dof: np.ndarray, at: np.ndarray | None = None) -> np.ndarray:
     """Standard deviations of one reading, smoothed over cells.
 
     sigma^2 = s^2 ((1 - w) m^2 + w mean^2), m the median |mean|
@@ -202,6 +202,7 @@ def pooled_sd(means: np.ndarray, sd: np.ndarray, dof: np.ndarray) -> np.ndarray:
     Parameters
     ----------
     means, sd, dof : (n,) cell means, standard deviations within cells, their degrees of freedom (0: no replicate)
+    at : (k,) readings whose standard deviations are asked for by the same rule; default the means
 
     Notes
     -----
@@ -212,16 +213,18 @@ def pooled_sd(means: np.ndarray, sd: np.ndarray, dof: np.ndarray) -> np.ndarray:
     scale = (dof * sd**2 / shape).sum(axis=1) / dof.sum()
     likelihood = -0.5 * (dof * np.log(np.maximum(scale[:, None], 1e-300) * shape)).sum(axis=1)
     belief = np.exp(likelihood - likelihood.max())
-    return np.exp(belief @ (0.5 * np.log(np.maximum(scale[:, None] * shape, 1e-300))) / belief.sum())
+    wanted = shape if at is None else _shapes(means, at)
+    return np.exp(belief @ (0.5 * np.log(np.maximum(scale[:, None] * wanted, 1e-300))) / belief.sum())
 
 
-def _shapes(means: np.ndarray) -> np.ndarray:
-    """Variances of a reading by cell, up to a factor, for each share w of noise that grows with the reading."""
+def _shapes(means: np.ndarray, at: np.ndarray | None = None) -> np.ndarray:
+    """Variances of a reading by cell, or of readings `at`, up to a factor, for each share w of noise that grows with the reading."""
     size = np.abs(means)
     middle = np.median(size)
     weights = np.array([0.0])
     if len(means) > 2 and middle > 0 and size.max() > SPAN_FOR_PROPORTION * size.min():
         weights = np.array([0.0, 0.3, 0.6, 0.8, 0.9, 0.95, 0.98, 0.99, 0.995, 0.998, 0.999, 1.0])
+    size = size if at is None else np.abs(at)
     shape = (1 - weights[:, None]) * max(middle, 1e-300) ** 2 + weights[:, None] * size**2
     return np.maximum(shape, 1e-12 * max(middle, 1e-150) ** 2)
 

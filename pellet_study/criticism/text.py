@@ -215,7 +215,7 @@ def answer_lines(study: Study, diagnosed: Diagnosis) -> list[str]:
         )
     proposal = facts.proposal(answer)
     if proposal is not None:
-        lines += ["", f"NEXT   {next_words(proposal)}"]
+        lines += ["", f"NEXT   {facts.test_words(answer['verdict'], proposal)}{next_words(proposal)}"]
         lines += [f"       there {facts.apart_words(proposal)}"] if len(proposal.predictions) > 2 else []
     return lines
 

@@ -20,8 +20,8 @@ from scipy import stats
 from pellet_study.criticism.calibration import CalibratedStudy
 from pellet_study.criticism.cell_means import cells_of
 from pellet_study.criticism.lack_of_fit import absorbed_basis
-from pellet_study.criticism.residuals import reading_sd
 from pellet_study.criticism.score_tests import visible
+from pellet_study.criticism.used_sd import reading_sd
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import Study
 
@@ -107,7 +107,7 @@ def _drift(
     along_it, square = float(seen @ residual), float(seen @ seen)
     squares = float(np.square(residual[mine]).sum())
     spare = float((1 - np.square(basis).sum(axis=1))[mine].sum()) - 1
-    within = _within(cells, shift, dict(zip(map(id, state.study.rows), reading_sd(state.study), strict=True)))
+    within = _within(cells, shift, dict(zip(map(id, state.study.rows), reading_sd(state.study.rows), strict=True)))
     scale = _scale(state, within, shift)
     along_it += within.along / scale**2
     square += within.square / scale**2

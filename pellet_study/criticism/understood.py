@@ -10,8 +10,8 @@ from typing import Any
 from pellet_study.criticism.calibration import fit_study
 from pellet_study.criticism.diagnose import diagnose
 from pellet_study.criticism.reading_order import in_order_words
-from pellet_study.criticism.residuals import reading_sd
 from pellet_study.criticism.time_drift import along
+from pellet_study.criticism.used_sd import reading_sd
 from pellet_study.errors import InputError
 from pellet_study.output.terminal import fold
 from pellet_study.output.words import flush, number, width
@@ -149,7 +149,7 @@ def _advice(study: Study) -> list[str]:
     advice = []
     if not any(setting.free for setting in study.parameters.values()):
         advice.append("no parameter is free: nothing is calibrated; give one { min = ..., max = ... } in [parameters]")
-    if any(sd is None for sd in reading_sd(study)):
+    if any(sd is None for sd in reading_sd(study.rows)):
         advice.append(
             "some rows have neither sd nor replicates: whether the model fits cannot be judged there; give `sd`, or repeat "
             "readings"

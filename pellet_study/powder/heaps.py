@@ -99,6 +99,7 @@ class Heaps:
         `direction_error_deg`, `bond_number`, the other readings of the same heaps (`OTHER_READINGS`), `verdict`, `id`.
         """
         levels = [self.levels(point) for point in points]
+        self.say(f"  {stage}: {len(levels)} heaps; what the store has of them is not simulated again")
         if self.plan.seeds_by == "place":
             return self._simulated(stage, levels, [FIRST_SEED[stage] + first + k for k in range(len(levels))])
         return self._simulated(stage, levels, seeds_by_setting(stage, levels, first))

@@ -13,7 +13,7 @@ from pellet_study.rigs import on_yade
 from yade_scripts import laws, powder_scene
 
 RIG, OBSERVABLE = "repose", "repose_angle_deg"
-OTHER_READINGS = ("repose_flank_deg", "repose_triangle_deg", "repose_moment_deg")
+OTHER_READINGS = ("repose_flank_deg", "repose_triangle_deg", "repose_moment_deg", "repose_height_deg")
 READINGS = (OBSERVABLE, *OTHER_READINGS)  # of a heap; a study measures one
 SYMBOLS = {
     "A": "powder_restitution",
@@ -114,6 +114,15 @@ class Plan:
                 whose = "study.toml" if f.name in self.own else "the source paper's Table 6"
                 found[f.name] = f"outside the range {f.low:g} to {f.high:g} of {whose}"
         return found
+
+
+def with_conditions(record: Mapping[str, Any]) -> dict[str, Any]:
+    """A record of a plan; a condition that it lacks, as the rig had it at one value when it was written, has its default."""
+    plan = record.get("plan") or {}
+    if "conditions" not in plan:
+        return dict(record)
+    defaults = {name: quantity["default"] for name, quantity in on_yade.rig(RIG).conditions.items()}
+    return {**record, "plan": {**plan, "conditions": defaults | plan["conditions"]}}
 
 
 def differences(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:

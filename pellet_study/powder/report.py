@@ -168,7 +168,10 @@ def effects_lines(effects: pd.DataFrame) -> list[str]:
 
 def readings_lines(readings: pd.DataFrame) -> list[str]:
     """The effects by each reading of the same heaps, a line a reading."""
-    lines = ["", "the same heaps by each reading: effects and their standard error, scatter of heaps at one point, deg:"]
+    lines = [
+        "",
+        "the same heaps by each reading: effects and their standard error, scatter of heaps at one point, deg:",
+    ]
     for reading, rows in readings.groupby("reading", sort=False):
         effects = "  ".join(f"{row.factor} {row.effect_deg:+.2f}" for row in rows.itertuples())
         first = rows.iloc[0]

@@ -20,7 +20,7 @@ from pellet_study.powder.decisions import (
     read_decision,
     stages_in,
 )
-from pellet_study.powder.plan import Plan, differences
+from pellet_study.powder.plan import Plan, differences, with_conditions
 
 
 @dataclass(frozen=True)
@@ -68,7 +68,7 @@ class Results:
         there, here = decided(folder, stage), self.plan.record
         if "plan" not in there:
             return "it does not say what it was decided for (an older version wrote it)"
-        return "; ".join(differences({key: there.get(key) for key in here}, here))
+        return "; ".join(differences(with_conditions({key: there.get(key) for key in here}), here))
 
     def checked(self, folder: Path, stage: str) -> Any:
         """A folder's decision of a stage, made for this plan.

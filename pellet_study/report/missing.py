@@ -147,8 +147,9 @@ def next_measurement(study: Study, diagnoses: Sequence[dict[str, Any]]) -> NextP
         f"{rival.explanation} predicts {number(rival.value, 3)} ± {number(rival.uncertainty, 2)}"
         for rival in proposal.predictions
     )
+    why = facts.test_words(proposing["verdict"], proposal)
     return NextPart(
-        words=f"{proposal.rig}, {declared(proposal.observable, units)}, at {where}: {rivals}. "
+        words=f"{why[:1].upper()}{why[1:]}{proposal.rig}, {declared(proposal.observable, units)}, at {where}: {rivals}. "
         f"There {facts.apart_words(proposal)}.",
         pictures=[
             picture(

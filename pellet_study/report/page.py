@@ -33,6 +33,7 @@ Answer = dict[str, Any]  # the JSON that a command left
 
 FILE = "report.html"
 NOT_THERE = "not there yet"  # instead of files
+UNEQUAL = 1.5  # times the middle uncertainty of a row, beyond which the root mean square is told too
 COMPARED = ("value", "sd", "n", "split")  # of a row, beside its conditions
 DAMAGED = (KeyError, TypeError, AttributeError, IndexError, ValueError)
 POWDER_FILES = tuple(f"{stage}/decision.json" for stage in decisions.STAGES)
@@ -234,6 +235,16 @@ def _diagnoses(refined: Answer | None, last: Answer | None) -> list[Answer]:
     return found
 
 
+def _by_scatter(middle: float, whole: float | None) -> str:
+    """What scatter alone leaves; where rows scatter unequally, in the mean square too, which is what an rms error meets."""
+    if whole is None or whole < UNEQUAL * middle:
+        return f"The uncertainty of a row alone, by readings and simulations, gives {number(middle, 3)}."
+    return (
+        f"The scatter of readings and simulations alone would leave {number(whole, 3)}: the uncertainty of a row, "
+        f"{number(middle, 3)} in the middle of the rows, is much larger in some."
+    )
+
+
 def _short(compared: Answer | None, diagnoses: list[Answer], steps: list[Answer], stages: list[Stage]) -> list[str]:
     """The answer in a few sentences."""
     if not (compared or stages or diagnoses):
@@ -247,9 +258,7 @@ def _short(compared: Answer | None, diagnoses: list[Answer], steps: list[Answer]
             f"{number(last['rms_error'], 3)}."
         )
         if last.get("noise_floor"):
-            found.append(
-                f"The uncertainty of a row alone, by readings and simulations, gives {number(last['noise_floor'], 3)}."
-            )
+            found.append(_by_scatter(last["noise_floor"], last.get("noise_rms")))
     elif compared:
         found.append(
             f"The model is {model_name(compared['effects'])}. {criticism.fit_sentence(compared, held_out=not diagnoses)}"

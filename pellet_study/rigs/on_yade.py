@@ -13,9 +13,9 @@ from pellet_study.rigs.scripts import SCRIPTS
 from yade_scripts import case as case_file
 from yade_scripts import laws
 
-# Numerics of a law in a rig where the rig's own default is another law's: those of release 0.1, whose step holds without a
+# Numerics of a law in a rig where the rig's own default is another law's: that of release 0.1, whose step holds without a
 # damper between grains (docs/heap_checks.md).
-OF_LAW = {("repose", laws.LOCAL_DAMPING): {"time_step_fraction": 0.18, "outlet_diameter_mm": 24.0}}
+OF_LAW = {("repose", laws.LOCAL_DAMPING): {"time_step_fraction": 0.18}}
 
 
 @cache

@@ -291,3 +291,14 @@ def test_what_is_no_profile_is_refused():
         heap.fit_flanks([0, 2, 1], [0, 1, 0])
     with pytest.raises(ValueError, match="low 0.9"):
         heap.fit_flanks(np.arange(100.0), np.ones(100), low=0.9)
+
+
+def test_the_height_is_that_of_the_highest_grain_over_the_radius_of_the_base():
+    """Three layers of touching grains, the top at 2 + 2 sqrt(2/3) 2 = 5.27 radii, on a base of 6; a grain in the air counts for nothing."""
+    row = np.array([[0, 0, 1.0], [2, 0, 1], [1, np.sqrt(3), 1], [4, 0, 1], [3, np.sqrt(3), 1], [2, 2 * np.sqrt(3), 1]])
+    layer = 2 * np.sqrt(2 / 3)
+    stack = [row, row[[0, 1, 2]] + [1, 1 / np.sqrt(3), layer], row[[0]] + [2, 2 / np.sqrt(3), 2 * layer]]
+    centres = np.vstack([*stack, [[1.0, 1.0, 30.0]]])
+    found = heap.height_deg(centres, np.ones(len(centres)), 6.0)
+    assert found == pytest.approx(np.degrees(np.arctan((2 + 2 * layer) / 6)))
+    assert heap.height_deg(centres, np.ones(len(centres)), None) is None

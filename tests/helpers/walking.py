@@ -36,10 +36,13 @@ def follow(page: Path, call: Callable[[list[str], list[str]], None]) -> list[str
 
 
 def _calls(console: str) -> Iterable[tuple[list[str], list[str]]]:
-    """The commands of a block, without those that are long."""
+    """The commands of a block, without those that are long; folders that it copies are copied."""
     for block in re.split(r"^\$ ", console, flags=re.MULTILINE)[1:]:
         line, *expected = block.splitlines()
         program, *arguments = shlex.split(line, comments=True)
+        if (program, *arguments[:1]) == ("cp", "-r"):
+            shutil.copytree(*arguments[1:])
+            continue
         assert program == "pellet-study", line
         if "# long" not in line:
             yield arguments, expected

@@ -42,8 +42,8 @@ EFFECTS = {  # an amount, the conditions, and what the contact constants become
     "wall_friction": ({"added_friction": -0.4}, {}, {"steel_friction": 0.3}),
     "amplification_size": ({"exponent_error": 2.0}, {"amplification": 7.0}, {"powder_adhesion": ENERGY * 0.2}),
 }
-SMALL = {"protocol": "funnel", "powder_mass_g": 3.0, "outlet_height_mm": 30.0}
-FUNNEL = {"outlet_diameter_mm": 20.0, "funnel_diameter_mm": 26.0}
+SMALL = {"protocol": "funnel", "powder_mass_g": 3.0, "outlet_height_mm": 30.0, "outlet_diameter_mm": 20.0}
+FUNNEL = {"funnel_diameter_mm": 26.0}
 
 
 def small(rig="repose", law="cohesive_frictional", seed=1, effects=None, conditions=None, numerics=None, **parameters):
@@ -216,8 +216,8 @@ def heaps(store):
         "frictionless": small(powder_static_friction=0.0, powder_rolling_friction=0.0, powder_surface_energy=0.0),
         "jammed": small(
             powder_surface_energy=0.6,
-            numerics={"vibration_mm": 0.0, "outlet_diameter_mm": 9.0},
-            conditions={"powder_mass_g": 4.0},
+            numerics={"vibration_mm": 0.0},
+            conditions={"powder_mass_g": 4.0, "outlet_diameter_mm": 9.0},
         ),
         "blown up": small(
             numerics={"time_step_fraction": 0.4},
