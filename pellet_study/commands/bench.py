@@ -38,7 +38,9 @@ def run(arguments: argparse.Namespace) -> dict:
     from pellet_study.bench.readings import readings
 
     if not 0 < arguments.effort <= 4:
-        raise InputError(f"--effort {arguments.effort:g}: expected how many times the usual number of seeds, above 0 and up to 4")
+        raise InputError(
+            f"--effort {arguments.effort:g}: expected how many times the usual number of seeds, above 0 and up to 4"
+        )
     with look_of(arguments):  # refused before anything is simulated
         loaded = study_of(arguments)
     measured = readings(loaded.rows)

@@ -15,7 +15,9 @@ def rows_of(sizes, held, rng, share=0.02, repeats=4, constant=0.0):
             for _ in range(repeats):
                 reading = value + rng.normal() * (share * value + constant)
                 given = {"diameter_mm": value}
-                rows.append(Measurement("hopper", "rate_g_s", reading, None, 1, given, {}, "", 0.0, split, "", len(rows)))
+                rows.append(
+                    Measurement("hopper", "rate_g_s", reading, None, 1, given, {}, "", 0.0, split, "", len(rows))
+                )
     return rows
 
 
