@@ -19,8 +19,8 @@ time, with narrower and narrower intervals.
 
 Every heap is a row of default_heaps.csv, and is not simulated again: a heap of the file is simulated anew first, and where it does
 not repeat, the file is of other scripts and refused (--anew: start from nothing). A heap repeats to the digit only where the
-mathematics library rounds alike, which column `rounding` tells (`fma`: processors with fused multiply-add; blank: rows made before
-numpy was kept from AVX-512, on another kind of processor): one of a like processor is chosen, and where there is none, a line says so.
+mathematics library rounds alike, which column `processor` tells (blank in rows made before it was written): one of a like processor
+is chosen, and where there is none, a line says so.
 """
 
 import argparse
@@ -192,9 +192,10 @@ def name_of(case: dict) -> str:
     return hashlib.sha256(json.dumps(said, sort_keys=True).encode()).hexdigest()[:16]
 
 
-def rounding() -> str:
-    """How the mathematics library rounds on this processor."""
-    return "fma" if re.search(r"^flags.*\bfma\b", Path("/proc/cpuinfo").read_text(), re.MULTILINE) else "other"
+def processor() -> str:
+    """Maker, family and model of this machine's processor."""
+    told = dict(re.findall(r"^(vendor_id|cpu family|model)\s*: (.*)$", Path("/proc/cpuinfo").read_text(), re.MULTILINE))
+    return " ".join(told.get(name, "?") for name in ("vendor_id", "cpu family", "model"))
 
 
 class Heaps:
@@ -219,7 +220,7 @@ class Heaps:
         if self.rows is None:
             return
         known = (one for row in rows for one in map(row.case, range(row.most)) if self.known(one))
-        one = next((one for one in known if self.frame([one])["rounding"].iloc[0] == rounding()), None)
+        one = next((one for one in known if self.frame([one])["processor"].iloc[0] == processor()), None)
         if one is None:
             print(f"no heap of {HEAPS.name} is of a processor like this one: none could be repeated", file=sys.stderr)
             return
@@ -233,7 +234,7 @@ class Heaps:
     def simulated(self, cases: list[dict]) -> pd.DataFrame:
         """Those cases simulated, whatever the file has."""
         found = dispatch.run(cases, FOLDER / ".store", workers=self.workers, quiet=True)
-        kept = found[["seed", "status", "grains", *READINGS, *MORE]].assign(rounding=rounding())
+        kept = found[["seed", "status", "grains", *READINGS, *MORE]].assign(processor=processor())
         index = pd.MultiIndex.from_arrays(
             [[self.version] * len(cases), list(map(name_of, cases))], names=["yade", "name"]
         )

@@ -155,12 +155,12 @@ def _advice(study: Study) -> list[str]:
             "readings"
         )
     ordered = [row for row in study.rows if row.order is not None]
-    if not ordered:
+    if not ordered and len(study.rows) > 1:
         advice.append(
             "there is no column `order`: randomise the order in which readings are taken and note it there (1, 2, ...), as a "
             "drift with time looks like an effect of whatever was changed meanwhile"
         )
-    elif len(ordered) < len(study.rows):
+    elif ordered and len(ordered) < len(study.rows):
         lines = ", ".join(str(row.line) for row in study.rows if row.order is None)
         advice.append(f"column `order` is blank in line {lines}")
     for rig in study.rigs:

@@ -151,7 +151,7 @@ def environment(home: str, **more: str) -> dict[str, str]:
     YADE opens a python prompt and an XMLRPC server on every interface unless it believes to be a process of an MPI
     run; OMPI_COMM_WORLD_RANK makes it believe so, from the start. The message library under Debian 13's MPI takes SIGHUP for
     itself, so that a process whose terminal is closed goes on; UCX_DEBUG_SIGNO=0 leaves the signal alone. numpy does without
-    AVX-512, so that one row is one number on all processors that have fused multiply-add.
+    AVX-512, so that fewer kinds of processors give a row other last digits.
     """
     kept = {name: value for name, value in os.environ.items() if not name.startswith(LEAKS)}
     path = SYSTEM_PATH + ":" + os.environ.get("PATH", "")

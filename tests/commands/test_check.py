@@ -109,3 +109,18 @@ def test_rigs_on_yade_are_not_simulated(tmp_path, monkeypatch, capsys):
 def test_a_study_that_cannot_be_read_is_refused(tmp_path, capsys):
     assert main(["check", str(tmp_path / "nowhere")]) == 2
     assert "nowhere" in capsys.readouterr().err
+
+
+def test_one_repose_angle_goes_on_to_calibrate_and_has_no_order(tmp_path, capsys):
+    (tmp_path / "study.toml").write_text(
+        "[parameters]\npowder_surface_energy = { min = 0.05, max = 0.25 }\n[effects]\ncohesion = { surface_energy_j_m2 = 0.0 }\n"
+    )
+    (tmp_path / "measurements.csv").write_text("rig,observable,value,sd,n\nrepose,repose_angle_deg,41.7,0.74,10\n")
+    assert main(["check", str(tmp_path)]) == 0
+    said = capsys.readouterr().out
+    assert f"next: pellet-study calibrate {tmp_path}" in said and "randomise" not in said
+    with (tmp_path / "measurements.csv").open("a") as file:
+        file.write("rebound,rebound_height_mm,5.0,0.5,3\n")
+    assert main(["check", str(tmp_path)]) == 0
+    said = capsys.readouterr().out
+    assert f"next: pellet-study compare {tmp_path}" in said and "randomise" in said

@@ -175,3 +175,19 @@ def test_the_published_heaps_are_those_of_their_formulas_and_stand_on_the_page()
     case = published_heaps.case(10.0, "lifted_cylinder", 1)
     assert case["parameters"]["powder_rolling_friction"] == pytest.approx(0.01)
     assert case["parameters"]["powder_surface_energy"] == 0.0
+
+
+def test_the_table_of_readings_follows_from_its_heaps_and_stands_on_the_page(heaps):
+    table = repose_checks.readings(heaps)
+    made = io.StringIO(table.to_csv(index=False))
+    pd.testing.assert_frame_equal(pd.read_csv(made), pd.read_csv(CHECKS / "readings.csv"))
+    page = (ROOT / "docs" / "heap_physics.md").read_text(encoding="utf-8")
+    assert all(line in page for line in repose_checks.readings_page(table)) and len(table) == 16
+
+
+def test_a_case_keeps_its_name_wherever_its_rig_declares_a_quantity():
+    case = repose_checks.case(1, {})
+    moved = {**case, "numerics": {**case["numerics"], "outlet_diameter_mm": 24.0}}
+    moved["conditions"] = {k: v for k, v in case["conditions"].items() if k != "outlet_diameter_mm"}
+    assert repose_checks.name_of(moved) == repose_checks.name_of(case)
+    assert repose_checks.name_of(repose_checks.case(1, {"outlet_diameter_mm": 30.0})) != repose_checks.name_of(case)

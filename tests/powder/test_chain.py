@@ -62,6 +62,7 @@ class Formula:
                     "repose_flank_deg": None if lost or number in self.flat else angle + 2,
                     "repose_triangle_deg": None if lost else angle,
                     "repose_moment_deg": None if lost else 10 + angle / 2,
+                    "repose_height_deg": None if lost else angle + 5,
                     "direction_error_deg": None if lost else 0.3,
                     "bond_number": 3.7,
                     "status": "jammed: 400 of 1503 grains came out" if lost else "ok",
@@ -345,7 +346,7 @@ def test_a_stage_before_its_time_is_refused_before_it_is_announced(powder, monke
     monkeypatch.setattr(heaps_module, "dispatch", Formula())
     assert main(["calibrate", str(powder), "--only", "surface"]) == 2
     told = capsys.readouterr()
-    assert told.out.startswith("assumed: ") and told.out.count("\n\n") == 1  # and nothing of a stage
+    assert told.out.startswith("screened over the") and told.out.count("\n\n") == 1  # and nothing of a stage
     assert "climb was not run yet" in told.err
 
 
@@ -707,3 +708,16 @@ def test_contradicting_rows_are_said_in_the_summary(powder, monkeypatch, capsys)
     assert "contradict" in (powder / "summary.txt").read_text()
     assert main(["calibrate", str(powder), "--few"]) == 0
     assert "contradict" in capsys.readouterr().out
+
+
+def test_calibrate_says_which_ranges_are_the_source_papers(powder, monkeypatch, capsys):
+    """Only B has a range of the study's own; the other six are screened, and nothing of the seven is called assumed."""
+    monkeypatch.setattr(heaps_module, "dispatch", Formula())
+    toml = powder / "study.toml"
+    toml.write_text(toml.read_text() + "[parameters]\npowder_static_friction = { min = 0.5, max = 0.8 }\n")
+    assert main(["calibrate", str(powder), "--until", "screening", "--json", str(powder / "answer.json")]) == 0
+    said = capsys.readouterr().out
+    assert "screened over the source paper's Table 6" in said and "powder_restitution (A) 0.05 to 0.25" in said
+    assert "powder_static_friction (B)" not in said and "screening: 41 heaps" in said
+    assumed = json.loads((powder / "answer.json").read_text())["assumed"]
+    assert "powder_shear_modulus_pa" in assumed and not set(SYMBOLS.values()) & set(assumed)
