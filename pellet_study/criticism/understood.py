@@ -16,7 +16,7 @@ from pellet_study.errors import InputError
 from pellet_study.output.terminal import fold
 from pellet_study.output.words import flush, number, width
 from pellet_study.study.ranges import limits, usual
-from pellet_study.study.study import Study
+from pellet_study.study.study import Study, means_something
 
 MOST_LEVELS = 12  # of a condition that are spelt out
 
@@ -73,6 +73,7 @@ def _rig(study: Study, name: str) -> dict[str, Any]:
                 "can_simulate": list(quantity["options"] if "options" in quantity else limits(quantity)),
             }
             for condition, quantity in rig.conditions.items()
+            if any(condition not in row.assumed or means_something(quantity, row.conditions) for row in rows)
         ],
     }
 

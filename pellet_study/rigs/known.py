@@ -122,10 +122,18 @@ CONDITIONS: Mapping[str, str] = {
     "protocol": "choices of the rig",
     "base": "choices of the rig",
 }
+ON_A_BASE, FROM_A_FUNNEL = ("defined_base", "lifted_cylinder"), ("defined_base", "funnel")
+UNDER: Mapping[str, tuple[str, tuple[str, ...]]] = {  # what a condition means something under
+    "base": ("protocol", ON_A_BASE),
+    "base_diameter_mm": ("protocol", ON_A_BASE),
+    "outlet_height_mm": ("protocol", FROM_A_FUNNEL),
+    "outlet_diameter_mm": ("protocol", FROM_A_FUNNEL),
+    "lift_speed_mm_s": ("protocol", ("lifted_cylinder",)),
+}
 
 
 def with_ranges(rig: Rig) -> Rig:
-    """One of the package's rigs with the usual ranges of its parameters, and where its ranges are from."""
+    """One of the package's rigs with the usual ranges of its parameters, where its ranges are from, and what a condition needs."""
     parameters = {}
     for name, quantity in rig.parameters.items():
         known = PARAMETERS[name]
@@ -133,5 +141,8 @@ def with_ranges(rig: Rig) -> Rig:
         more: dict[str, object] = {"tangent": True} if known.tangent else {}
         more |= {"only_law": known.only_law} if known.only_law else {}
         parameters[name] = {**quantity, "physical": (low, high), "source": known.source, **more}
-    conditions = {name: {**quantity, "source": CONDITIONS[name]} for name, quantity in rig.conditions.items()}
+    conditions = {
+        name: {**quantity, "source": CONDITIONS[name]} | ({"under": UNDER[name]} if name in UNDER else {})
+        for name, quantity in rig.conditions.items()
+    }
     return replace(rig, parameters=parameters, conditions=conditions)

@@ -52,6 +52,12 @@ class Setting:
         return self.low is not None
 
 
+def means_something(quantity: Mapping, conditions: Mapping[str, Condition]) -> bool:
+    """Whether a condition acts beside the others: the speed of a lifted cylinder does not where powder is poured."""
+    name, words = quantity.get("under", (None, ()))
+    return name is None or conditions[name] in words
+
+
 @dataclass(frozen=True)
 class Study:
     """Everything a study's files say, checked.
@@ -118,11 +124,12 @@ class Study:
 
     @property
     def assumed_conditions(self) -> dict[str, dict[str, Condition]]:
-        """{rig: {condition: default}} of the conditions that no row of a rig gives."""
+        """{rig: {condition: default}} of the conditions that no row of a rig gives, and that mean something in some row."""
         found: dict[str, dict[str, Condition]] = {}
         for row in self.rows:
-            if row.rig not in found:
-                found[row.rig] = {name: row.conditions[name] for name in row.assumed}
+            known = self.catalogue.rigs[row.rig].conditions
+            meant = {name: row.conditions[name] for name in row.assumed if means_something(known[name], row.conditions)}
+            found.setdefault(row.rig, {}).update(meant)
         return {rig: names for rig, names in found.items() if names}
 
     @property

@@ -1,5 +1,7 @@
 """`pellet-study check`: what was understood of a study; nothing is simulated or written."""
 
+import json
+
 import numpy as np
 import pytest
 
@@ -124,3 +126,23 @@ def test_one_repose_angle_goes_on_to_calibrate_and_has_no_order(tmp_path, capsys
     assert main(["check", str(tmp_path)]) == 0
     said = capsys.readouterr().out
     assert f"next: pellet-study compare {tmp_path}" in said and "randomise" in said
+
+
+@pytest.mark.parametrize(
+    ("protocol", "without"),
+    [
+        ("defined_base", {"lift_speed_mm_s"}),
+        ("lifted_cylinder", {"outlet_height_mm", "outlet_diameter_mm"}),
+        ("funnel", {"base", "base_diameter_mm", "lift_speed_mm_s"}),
+    ],
+)
+def test_nothing_is_assumed_that_means_nothing_under_a_protocol(tmp_path, capsys, protocol, without):
+    (tmp_path / "study.toml").write_text("[parameters]\npowder_static_friction = { min = 0.5, max = 0.8 }\n")
+    (tmp_path / "measurements.csv").write_text(
+        f"rig,observable,value,sd,protocol\nrepose,repose_angle_deg,30.0,0.7,{protocol}\n"
+    )
+    assert main(["check", str(tmp_path), "--json", str(tmp_path / "answer.json")]) == 0
+    answer = json.loads((tmp_path / "answer.json").read_text())
+    every = {"base", "base_diameter_mm", "outlet_height_mm", "outlet_diameter_mm", "lift_speed_mm_s"}
+    assert every & set(answer["assumed"]) == every - without
+    assert not without & {one["condition"] for rig in answer["rigs"] for one in rig["conditions"]}
