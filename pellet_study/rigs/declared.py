@@ -158,7 +158,8 @@ class Rig:
             return self
         if not self.takes_effects:
             raise takes_none(self.file, f"module '{self.script.stem}' has no attribute 'EFFECTS'")
-        extra = tuple(effect.file.resolve() for effect in effects if effect.file)  # YADE runs in another folder
+        files = (effect.file.resolve() for effect in effects if effect.file)  # YADE runs in another folder
+        extra = tuple(dict.fromkeys((*self.extra, *files)))  # of two with one name the later takes its place there too
         known = {**self.effects, **{effect.name: effect.parameters for effect in effects}}
         return refuse_clash(replace(self, effects=known, extra=extra))
 

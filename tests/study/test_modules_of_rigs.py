@@ -1,10 +1,12 @@
 """Modules that a rig of the user's own imports belong to it: a change in one begins a new history and renews simulations."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
-from pellet_study.rigs import standard
+from pellet_study.rigs import on_yade, standard
+from pellet_study.rigs.catalogue import standard
 from pellet_study.rigs.scripts import fingerprint
 from tests.criticism.test_newcomer import BALL, ball
 from tests.helpers.make_study import command
@@ -47,3 +49,12 @@ def test_the_packages_own_rigs_keep_the_fingerprint_of_their_scripts(rig, tmp_pa
     (tmp_path / "numpy.py").write_text("")
     monkeypatch.syspath_prepend(str(tmp_path))
     assert fingerprint(rig.script) == before
+
+
+def test_effects_added_one_after_the_other_are_all_there(tmp_path):
+    effect = standard().effects["air_drag"]
+    files = {name: tmp_path / f"{name}.py" for name in ("first", "second")}
+    rig = on_yade.rig("rebound")
+    for name, file in files.items():
+        rig = rig.with_effects([replace(effect, name=name, file=file)])
+    assert rig.extra == tuple(files.values()) and set(files) <= set(rig.effects)
