@@ -6,7 +6,6 @@ from dataclasses import replace
 import pytest
 
 from pellet_study.rigs import on_yade, standard
-from pellet_study.rigs.catalogue import standard
 from pellet_study.rigs.scripts import fingerprint
 from tests.criticism.test_newcomer import BALL, ball
 from tests.helpers.make_study import command
