@@ -64,13 +64,11 @@ LENGTHS = (
     "cylinder_diameter_mm",
 )
 READINGS = ("repose_angle_deg", "repose_flank_deg", "repose_triangle_deg", "repose_moment_deg", "repose_height_deg")
-# the reading that stands for the angle, then those of less scatter, by what their columns begin with
+# the reading that stands for the angle, then others, by what their columns begin with
 COMPARED = {"": "repose_angle_deg", "moment_": "repose_moment_deg", "height_": "repose_height_deg"}
 MORE = (
     "over_edge_share",
     "heap_height_mm",
-    "discharge_time_s",
-    "fill_bulk_density_kg_m3",
     "end_time_s",
     "largest_overlap",
 )
@@ -216,11 +214,12 @@ class Heaps:
         return self.rows.loc[found] if found else pd.DataFrame(columns=["status", *READINGS])
 
     def check(self, rows: list[Row]) -> None:
-        """Simulate a heap of the file anew, if those rows have one of a processor like this."""
+        """Simulate a heap of those rows anew, if the file has one of a processor like this."""
         if self.rows is None:
             return
         known = (one for row in rows for one in map(row.case, range(row.most)) if self.known(one))
-        one = next((one for one in known if self.frame([one])["processor"].iloc[0] == processor()), None)
+        like = {"processor": processor(), "status": "ok"}
+        one = next((one for one in known if dict(self.frame([one]).iloc[0][list(like)]) == like), None)
         if one is None:
             print(f"no heap of {HEAPS.name} is of a processor like this one: none could be repeated", file=sys.stderr)
             return
@@ -414,7 +413,7 @@ def main() -> None:
         print(heaps.frame(cases).reset_index().to_csv(index=False, float_format="%.9g"))
         return
     wanted = given.tables or known
-    heaps.check(VERSIONS)
+    heaps.check([*VERSIONS, *(row for rows in TABLES.values() for row in rows())])
     for name in wanted:
         rows = TABLES[name]() if name in TABLES else VERSIONS
         now = [row for row in rows if wanted_row(row, given.energies, given.what)]

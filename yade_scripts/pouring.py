@@ -36,6 +36,7 @@ class Pouring:
         self._unit = scene.mass.mean() * GRAVITY * scene.mean_radius
         self._fastest = FASTEST * sqrt(2 * GRAVITY * (scene.funnel.bottom + scene.funnel.top))
         self._steps = max(1, round(LOOK * self.fall / O.dt))
+        self.between_looks = self._steps * O.dt
 
     def look(self, phase: str) -> float:
         """Step on; mean kinetic energy of a grain, in its weight times radius.

@@ -83,6 +83,7 @@ def calibrate(
     from pellet_study.powder import Chain, Results, plan_of, report
     from pellet_study.powder.decisions import STAGES
     from pellet_study.powder.heaps import FULL, Heaps
+    from pellet_study.powder.plan import SYMBOLS
 
     if until not in STAGES:
         raise InputError(f"until={until!r}: expected one of {', '.join(STAGES)}")
@@ -95,7 +96,7 @@ def calibrate(
     chain = Chain(heaps, Results(plan, folder), after=report.write_summary)
     chain.run(STAGES[: STAGES.index(until) + 1])
     report.write(chain)
-    return {**report.answer(chain.results), "assumed": study.assumed}
+    return {**report.answer(chain.results), "assumed": study.assumed_without([SYMBOLS[f.name] for f in plan.factors])}
 
 
 def _unsaid(line: str) -> None:

@@ -46,7 +46,7 @@ def say_assumed(study: Study, varied: Collection[str] = ()) -> dict:
     if words := assumed_words(study, varied):
         say(f"assumed: {words} (defaults, as no file of the study gives them)\n")
     warn(study.remarks)
-    return {"assumed": {name: value for name, value in study.assumed.items() if name not in varied}}
+    return {"assumed": study.assumed_without(varied)}
 
 
 def named(arguments: argparse.Namespace) -> str:

@@ -91,7 +91,7 @@ def _run(arguments: argparse.Namespace) -> dict:
     study = study_of(arguments)
     plan = plan_of(study, arguments.contact_law)
     _make(folder)
-    assumed = _say_ranges(study, plan)
+    assumed = _say_ranges(arguments, study, plan)
     heaps = _heaps(arguments, plan, folder)
     results = Results(plan, folder, arguments.quick)
     if arguments.few:
@@ -104,12 +104,12 @@ def _run(arguments: argparse.Namespace) -> dict:
     return {**report.answer(results), **assumed}
 
 
-def _say_ranges(study: "Study", plan: "Plan") -> dict:
+def _say_ranges(arguments: argparse.Namespace, study: "Study", plan: "Plan") -> dict:
     """Print which factors have the paper's range, and what else is assumed; returns the JSON key of the latter."""
     from pellet_study.powder.plan import SYMBOLS
 
     printed = [f for f in plan.factors if f.name not in plan.own]
-    if printed:
+    if printed and "screening" in _stages(arguments):
         ranges = ", ".join(f"{SYMBOLS[f.name]} ({f.name}) {f.low:g} to {f.high:g}" for f in printed)
         say(f"screened over the source paper's Table 6, as study.toml gives no range: {ranges}")
     return say_assumed(study, [SYMBOLS[f.name] for f in plan.factors])

@@ -35,11 +35,11 @@ def run(arguments: argparse.Namespace) -> dict:
 
 
 def _one_heap(study: Study) -> bool:
-    """Whether all that is asked is the powder of one repose angle: `calibrate` takes the study, and no other rig has rows."""
+    """Whether all that is asked is the powder of one repose angle: `calibrate` takes the study, and all its rows."""
     from pellet_study.powder import plan_of
-    from pellet_study.powder.plan import RIG
+    from pellet_study.powder.plan import READINGS, RIG
 
-    if list(study.rigs) != [RIG]:
+    if any((r.rig, r.split) != (RIG, "fit") or r.observable not in READINGS for r in study.rows):
         return False
     try:
         plan_of(study)

@@ -17,7 +17,7 @@ from pellet_study.criticism.outcomes import Outcome
 from pellet_study.criticism.refine import Refinement
 from pellet_study.criticism.residuals import RowResidual
 from pellet_study.criticism.time_drift import TimeDrift
-from pellet_study.criticism.used_sd import used_sds
+from pellet_study.criticism.used_sd import UsedSd, used_sds
 from pellet_study.output.words import number
 from pellet_study.study.measurements import Measurement
 
@@ -64,7 +64,7 @@ def comparison(compared: Comparison) -> dict:
         "units": compared.units,
         "rows": [
             {**row_of(r), "sd_used": used.sd, "sd_from": used.why}
-            for r, used in zip(compared.rows, used_sds([r.row for r in compared.rows]), strict=True)
+            for r, used in zip(compared.rows, _used_sds(compared), strict=True)
         ],
         "left_out": [
             {
@@ -179,6 +179,12 @@ def check_surface(answer: dict, state: CalibratedStudy) -> list[str]:
         f"simulations at the calibrated point differ from the interpolated predictions (p = {error[0]:.2g}; worst: "
         f"{error[1]}); narrow min and max of the free parameters in study.toml, or raise effort"
     ]
+
+
+def _used_sds(compared: Comparison) -> list[UsedSd]:
+    """Standard deviations as the rows' uncertainties have them: of a row held out at its prediction."""
+    at = {id(r.row): r.predicted for r in compared.rows if r.row.split == "holdout"}
+    return used_sds([r.row for r in compared.rows], at)
 
 
 def noise_floor(compared: Comparison) -> float | None:

@@ -40,7 +40,8 @@ def row_residuals(state: CalibratedStudy) -> tuple[RowResidual, ...]:
     model, study = state.model, state.study
     place = {key(case): k for k, case in enumerate(model.cases)}
     predicted = model.predict(state.fit.point)
-    reading = reading_sd(study.rows)
+    at = {id(row): float(predicted.mean[0, place[key(row)]]) for row in study.rows if row.split == "holdout"}
+    reading = reading_sd(study.rows, at)
     held = [place[key(row)] for row in study.rows if row.split == "holdout"]
     left_open = dict(zip(held, variance_by_constants(state, held), strict=True))
     residuals = []

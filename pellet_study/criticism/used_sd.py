@@ -1,6 +1,7 @@
 """Which standard deviation of a reading each row was fitted with, and why that one."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
 from typing import NamedTuple
 
 import numpy as np
@@ -9,7 +10,6 @@ from pellet_study.criticism.cell_means import cells_of
 from pellet_study.criticism.scatter import (
     EQUAL,
     GroupSd,
-    last_digit,
     no_less_than_resolution,
     pooled_sd,
     readings_of,
@@ -19,6 +19,7 @@ from pellet_study.model.model import key
 from pellet_study.study.measurements import Measurement
 
 AS_STATED = "as stated"
+NOWHERE: Mapping[int, float] = MappingProxyType({})
 ROUNDING = 5e-3  # share by which a standard deviation may differ from the stated one and count as that
 
 
@@ -29,8 +30,8 @@ class UsedSd(NamedTuple):
     why: str
 
 
-def used_sds(rows: Sequence[Measurement]) -> list[UsedSd]:
-    """What each row was fitted with; a row held out has what the rows fitted of its rig and observable make of its own."""
+def used_sds(rows: Sequence[Measurement], at: Mapping[int, float] = NOWHERE) -> list[UsedSd]:
+    """What each row was fitted with; a row held out has what `reading_sd` makes of it, with the same `at`."""
     found: dict[int, UsedSd] = {}
     groups: dict[tuple[str, str], GroupSd] = {}
     for name in dict.fromkeys((row.rig, row.observable) for row in rows):
@@ -43,7 +44,7 @@ def used_sds(rows: Sequence[Measurement]) -> list[UsedSd]:
             for row in cell:
                 found[id(row)] = _of_row(row, float(sd) if known else None, group, repeated)
         groups[name] = group
-    for row, sd in zip(rows, reading_sd(rows), strict=True):
+    for row, sd in zip(rows, reading_sd(rows, at), strict=True):
         if id(row) not in found:
             found[id(row)] = _held_out(row, sd, groups.get((row.rig, row.observable)))
     return [found[id(row)] for row in rows]
@@ -77,55 +78,60 @@ def _held_out(row: Measurement, sd: float | None, group: GroupSd | None) -> Used
     if sd is None:
         return UsedSd(None, "neither sd nor replicates")
     if row.sd is None:
-        return UsedSd(sd, "of the rows fitted, for a reading of this size")
+        return UsedSd(
+            sd, "of the rows fitted, for a reading of this size" if group is not None else "of the rows that state one"
+        )
     if group is not None and group.contradicted is not None:
         words = f"replicates scatter {group.contradicted:.2g} times as much as the stated ones say"
         return UsedSd(sd * group.contradicted, words)
     return UsedSd(sd, AS_STATED if sd == row.sd else "the resolution, which is coarser")
 
 
-def reading_sd(rows: Sequence[Measurement]) -> list[float | None]:
+def reading_sd(rows: Sequence[Measurement], at: Mapping[int, float] = NOWHERE) -> list[float | None]:
     """Standard deviation of one reading for each row: as stated, else pooled from replicates, else None.
 
-    Replicates are those of the rows fitted. A row held out has what their rule says of a reading of its size: noise that grows
-    with the reading is not that of the row nearest to it.
+    Replicates, and stated ones that stand for others, are those of the rows fitted. A row held out whose sd is blank has what their
+    rule says of a reading of its size: noise that grows with the reading is not that of the row nearest to it.
+
+    Parameters
+    ----------
+    at : {id of a row held out: its size}, as a model predicts it; default the mean of the rows held out under the same conditions
     """
-    blank: dict[tuple[str, str], dict[tuple, list[Measurement]]] = {}
-    stated: dict[tuple[str, str], list[float]] = {}
+    of: dict[tuple[str, str], list[Measurement]] = {}
     for row in rows:
-        group = row.rig, row.observable
-        if row.sd is not None:
-            stated.setdefault(group, []).append(row.sd)
-        elif row.split == "fit":
-            blank.setdefault(group, {}).setdefault((key(row), row.setup), []).append(row)
-    of_stated = {group: float(np.sqrt(np.mean(np.square(sds)))) for group, sds in stated.items()}
-    pooled: dict[tuple[str, str], tuple] = {}
-    held: dict[int, float] = {}
-    for group, replicates in blank.items():
-        means = np.array([np.average([r.value for r in c], weights=[r.n for r in c]) for c in replicates.values()])
-        dof = np.array([len(c) - 1.0 for c in replicates.values()])
-        if not len(means) or dof.sum() == 0:
+        of.setdefault((row.rig, row.observable), []).append(row)
+    found = {id(row): max(row.sd, row.resolution) for row in rows if row.sd is not None}
+    for group in of.values():
+        blank = [row for row in group if row.sd is None]
+        fitted, held = ([row for row in blank if (row.split == "fit") is fit] for fit in (True, False))
+        cells: dict[tuple, list[Measurement]] = {}
+        for row in fitted:
+            cells.setdefault((key(row), row.setup), []).append(row)
+        readings = readings_of(list(cells.values()))
+        stated = [row for row in group if row.sd is not None and row.split == "fit"]
+        sizes = np.array([at.get(id(row), _mean_beside(row, held)) for row in held])
+        if readings.repeats.sum() > 0:
+            dof = readings.repeats
+            own = np.sqrt(readings.within / np.maximum(dof, 1))
+            pooled = pooled_sd(readings.mean, own, dof)
+            sds, _ = no_less_than_resolution("", pooled, np.abs(readings.mean), readings.resolution, readings.step)
+            for row in fitted:
+                found[id(row)] = float(sds[np.argmin(np.abs(readings.mean - row.value))])
+            least = (
+                sds.min() if (sds > pooled).all() else readings.resolution.max()
+            )  # the floor, where it is one for all
+            of_held = np.maximum(pooled_sd(readings.mean, own, dof, sizes), least)
+        elif stated:
+            sds = np.array([found[id(row)] for row in stated])
+            found |= dict.fromkeys(map(id, fitted), float(np.sqrt(np.mean(sds**2))))
+            of_held = pooled_sd(np.array([row.value for row in stated]), sds, np.ones(len(sds)), sizes)
+        else:
             continue
-        within = np.array(
-            [sum(r.n * (r.value - m) ** 2 for r in c) for c, m in zip(replicates.values(), means, strict=True)]
-        )
-        sd = np.sqrt(within / np.maximum(dof, 1))
-        resolution = np.array([max(r.resolution for r in c) for c in replicates.values()])
-        step = np.array([last_digit([r.value for r in c]) for c in replicates.values()])
-        asked = [r for r in rows if (r.rig, r.observable) == group and r.sd is None and r.split == "holdout"]
-        at = np.array([*means, *(r.value for r in asked)])
-        resolution = np.append(resolution, [r.resolution or resolution.max() for r in asked])
-        step = np.append(step, [last_digit([r.value]) for r in asked])
-        sds, _ = no_less_than_resolution("", pooled_sd(means, sd, dof, at), np.abs(at), resolution, step)
-        pooled[group] = (means, sds[: len(means)])
-        held |= dict(zip(map(id, asked), sds[len(means) :], strict=True))
-    known: list[float | None] = []
-    for row in rows:
-        spread = None if row.sd is None else max(row.sd, row.resolution)
-        if spread is None and id(row) in held:
-            spread = float(held[id(row)])
-        elif spread is None and (row.rig, row.observable) in pooled:
-            means, sd = pooled[row.rig, row.observable]
-            spread = float(sd[np.argmin(np.abs(means - row.value))])
-        known.append(of_stated.get((row.rig, row.observable)) if spread is None else spread)
-    return known
+        found |= {id(row): max(float(sd), row.resolution) for row, sd in zip(held, of_held, strict=True)}
+    return [found.get(id(row)) for row in rows]
+
+
+def _mean_beside(row: Measurement, held: Sequence[Measurement]) -> float:
+    """Mean of the rows held out under a row's conditions and set-up."""
+    beside = [r for r in held if (key(r), r.setup) == (key(row), row.setup)]
+    return float(np.average([r.value for r in beside], weights=[r.n for r in beside]))

@@ -33,6 +33,7 @@ NAMES = {
     "F": "rolling friction powder-steel",
     "G": "surface energy",
 }
+ONCE_FIXED = {"outlet_diameter_mm": 24.0, "lift_speed_mm_s": 30.0}  # conditions since 28 November 2026
 DEFAULT_LAW = laws.COHESIVE_FRICTIONAL
 IDLE = {laws.LOCAL_DAMPING: {"A": "the law has no restitution; A is an idle column, its effect an estimate of noise"}}
 
@@ -117,12 +118,14 @@ class Plan:
 
 
 def with_conditions(record: Mapping[str, Any]) -> dict[str, Any]:
-    """A record of a plan; a condition that it lacks, as the rig had it at one value when it was written, has its default."""
+    """A record of a plan with the conditions that were numbers of the rig before (`ONCE_FIXED`), where it lacks them.
+
+    A record of release 0.1 names no protocol, and stays as it is: its heaps were made by another one than the default.
+    """
     plan = record.get("plan") or {}
-    if "conditions" not in plan:
+    if "protocol" not in plan.get("conditions", {}):
         return dict(record)
-    defaults = {name: quantity["default"] for name, quantity in on_yade.rig(RIG).conditions.items()}
-    return {**record, "plan": {**plan, "conditions": defaults | plan["conditions"]}}
+    return {**record, "plan": {**plan, "conditions": ONCE_FIXED | plan["conditions"]}}
 
 
 def differences(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:

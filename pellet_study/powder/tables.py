@@ -9,6 +9,7 @@ from pellet_study.doe import box_behnken, plackett_burman
 from pellet_study.doe.design_table import DesignTable, code_design
 from pellet_study.doe.factors import Factor
 from pellet_study.doe.linear_model import LinearFit
+from pellet_study.errors import InputError
 from pellet_study.paper import printed as paper
 from pellet_study.powder.decisions import Surface
 from pellet_study.powder.plan import OBSERVABLE, OTHER_READINGS, SYMBOLS, Plan
@@ -74,7 +75,8 @@ def readings_table(runs: pd.DataFrame, factors: list[Factor], measured: str, lea
     """Effects by each reading of the same heaps (deg): how far they are a matter of how a heap is read.
 
     `measured` is the reading that stands under the name of the angle. A row a reading and factor, with the scatter of that
-    reading between heaps at one point; a reading that fewer than `least` heaps have is left out.
+    reading between heaps at one point. Left out are a reading that fewer than `least` heaps have, or heaps that do not
+    separate the factors, and one that equals the measured one.
     """
     rows = []
     others = (name for name in OTHER_READINGS if name != measured and not runs[name].equals(runs[OBSERVABLE]))
@@ -83,7 +85,10 @@ def readings_table(runs: pd.DataFrame, factors: list[Factor], measured: str, lea
         read = read[read[OBSERVABLE].notna()]
         if len(read) < least:
             continue
-        found = plackett_burman.analyse(table_of(read, factors), interactions=False)
+        try:
+            found = plackett_burman.analyse(table_of(read, factors), interactions=False)
+        except InputError:  # the heaps that have it do not separate the factors
+            continue
         errors = errors_of(found.model)
         rows += [
             {

@@ -30,6 +30,7 @@ LEAKS = (
     "PMI",
     "SLURM_",
     "DISPLAY",
+    "NPY_",
 )
 # numpy's powers, logarithms and sums differ there in the last digit from those of other processors, on which the course of a heap hangs
 AVX512 = "AVX512F AVX512CD AVX512_SKX AVX512_CLX AVX512_CNL AVX512_ICL AVX512_SPR X86_V4"
@@ -157,6 +158,7 @@ def environment(home: str, **more: str) -> dict[str, str]:
     path = SYSTEM_PATH + ":" + os.environ.get("PATH", "")
     kept.update(HOME=home, PATH=path, LC_ALL="C.UTF-8", OMP_NUM_THREADS="1", OMPI_COMM_WORLD_RANK="0")
     settled = {"PYTHONDONTWRITEBYTECODE": "1", "UCX_DEBUG_SIGNO": "0", "NPY_DISABLE_CPU_FEATURES": AVX512}
+    settled["PYTHONWARNINGS"] = "ignore:During parsing environment variable"  # of names that this numpy does not know
     return {**kept, **settled, **more}
 
 

@@ -2,7 +2,7 @@
 
 import ast
 import hashlib
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -165,6 +165,10 @@ class Study:
                 alike = all(other.get(name, value) == value for other in by_rig.values())
                 found[name if alike else f"{rig}.{name}"] = value
         return {**found, **self.assumed_parameters}
+
+    def assumed_without(self, varied: Collection[str]) -> dict[str, Condition]:
+        """The same without parameters that a command varies over a range of its own."""
+        return {name: value for name, value in self.assumed.items() if name not in varied}
 
     def acting(self) -> list[str]:
         """Effects that act in the rigs used."""

@@ -2,6 +2,7 @@
 
 import os
 import signal
+import subprocess
 import time
 from pathlib import Path
 
@@ -254,3 +255,14 @@ def test_the_environment_of_another_python_does_not_reach_yade(monkeypatch):
     given = yade.environment("/somewhere")
     assert not [name for name, value in given.items() if value == "/nowhere"]
     assert given["HOME"] == "/somewhere" and given["UCX_DEBUG_SIGNO"] == "0"
+
+
+def test_numpy_says_nothing_of_what_it_does_without(tmp_path, monkeypatch):
+    """Nothing that YADE's Python prints at its start may be taken for the last words of a process that died."""
+    monkeypatch.setenv("NPY_ENABLE_CPU_FEATURES", "AVX2")  # numpy refuses both of them at once
+    script = tmp_path / "quiet.py"
+    script.write_text("import os\nimport numpy\nos._exit(3)\n")
+    words = yade.command(script)
+    done = subprocess.run(words, env=yade.environment(str(tmp_path)), capture_output=True, text=True)
+    assert done.returncode == 3
+    assert "CPU features" not in done.stdout + done.stderr and "AVX" not in done.stdout + done.stderr

@@ -8,6 +8,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
+import pellet_study as ps
 from pellet_study.__main__ import main
 from pellet_study.errors import InputError, SimulationError
 from pellet_study.paper.designs import screening_factors
@@ -346,7 +347,7 @@ def test_a_stage_before_its_time_is_refused_before_it_is_announced(powder, monke
     monkeypatch.setattr(heaps_module, "dispatch", Formula())
     assert main(["calibrate", str(powder), "--only", "surface"]) == 2
     told = capsys.readouterr()
-    assert told.out.startswith("screened over the") and told.out.count("\n\n") == 1  # and nothing of a stage
+    assert told.out.startswith("assumed: ") and told.out.count("\n\n") == 1  # and nothing of a stage
     assert "climb was not run yet" in told.err
 
 
@@ -721,3 +722,23 @@ def test_calibrate_says_which_ranges_are_the_source_papers(powder, monkeypatch, 
     assert "powder_static_friction (B)" not in said and "screening: 41 heaps" in said
     assumed = json.loads((powder / "answer.json").read_text())["assumed"]
     assert "powder_shear_modulus_pa" in assumed and not set(SYMBOLS.values()) & set(assumed)
+
+
+def test_a_reading_whose_heaps_do_not_separate_the_factors_is_left_out_and_the_screening_goes_on(powder, monkeypatch):
+    class FlatWithLittleCohesion(Formula):
+        def run(self, cases, store, **more):
+            found = super().run(cases, store, **more)
+            flat = [case["parameters"]["powder_surface_energy"] < 0.15 for case in cases]
+            return found.assign(repose_flank_deg=found["repose_flank_deg"].mask(flat))
+
+    chain = chain_of(powder, FlatWithLittleCohesion(), monkeypatch)
+    assert chain.run(("screening",))["screening"].factors == ["B", "C", "G"]
+    readings = pd.read_csv(powder / "screening" / "readings.csv")["reading"]
+    assert set(readings) == {"repose_angle_deg", "repose_moment_deg", "repose_height_deg"}
+
+
+def test_python_and_the_command_assume_the_same(powder, monkeypatch, capsys):
+    monkeypatch.setattr(heaps_module, "dispatch", Formula())
+    assert main(["calibrate", str(powder), "--until", "screening", "--json", str(powder / "answer.json")]) == 0
+    told = ps.calibrate(ps.load_study(powder), until="screening", results=powder)
+    assert told["assumed"] == json.loads((powder / "answer.json").read_text())["assumed"]

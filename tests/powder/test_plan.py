@@ -12,7 +12,7 @@ from pellet_study.commands import calibrate
 from pellet_study.errors import InputError
 from pellet_study.paper.designs import screening_factors
 from pellet_study.powder.from_study import plan_of
-from pellet_study.powder.plan import SYMBOLS, Plan, bond
+from pellet_study.powder.plan import SYMBOLS, Plan, bond, differences, with_conditions
 from pellet_study.rigs import on_yade
 from pellet_study.study import load
 from tests import ROOT
@@ -197,3 +197,15 @@ def test_the_reading_is_the_one_that_was_measured(plan):
         InputError, match="one reading of the heap, but the rows have repose_angle_deg, repose_flank_deg"
     ):
         plan("", ANGLE + "repose,repose_flank_deg,41.69,0.79\n")
+
+
+def test_a_record_without_the_conditions_that_were_fixed_is_of_the_same_plan_and_one_of_release_0_1_is_not(tmp_path):
+    (tmp_path / "study.toml").write_text("")
+    (tmp_path / "measurements.csv").write_text("rig,observable,value,sd\nrepose,repose_angle_deg,41.69,0.79\n")
+    record = plan_of(load(tmp_path)).record
+    given = record["plan"]["conditions"]
+    before = {k: v for k, v in given.items() if k not in ("outlet_diameter_mm", "lift_speed_mm_s")}
+    older = {k: v for k, v in before.items() if k not in ("protocol", "base", "base_diameter_mm")}
+    assert differences(with_conditions({**record, "plan": {**record["plan"], "conditions": before}}), record) == []
+    found = differences(with_conditions({**record, "plan": {**record["plan"], "conditions": older}}), record)
+    assert any(words.startswith("protocol not given there") for words in found)

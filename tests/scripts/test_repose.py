@@ -238,6 +238,26 @@ def test_a_heap_comes_to_rest_and_says_how_steep_it_is(heaps):
     assert heap["grains"] == 180
     assert heap["largest_overlap"] < 0.3
     assert heap["heap_height_mm"] < 30
+    assert np.isnan(heap["repose_height_deg"])  # on an endless plate
+
+
+def test_a_heap_says_how_fast_it_came(heaps):
+    """In a few falls of the funnel's height; 180 grains fill it too low for a bulk density."""
+    plain, slippery = heaps["plain"], heaps["frictionless"]
+    assert 0.05 < slippery["discharge_time_s"] <= plain["discharge_time_s"] < 1.0
+    assert plain["discharge_time_s"] < plain["end_time_s"]
+    assert np.isnan(plain["fill_bulk_density_kg_m3"])
+
+
+def test_a_heap_on_a_base_has_its_height_and_a_lifted_cylinder_no_discharge(store):
+    on_base = {"protocol": "lifted_cylinder", "base_diameter_mm": 14.0, "powder_mass_g": 4.0}
+    heap = run(
+        store, [small(conditions=on_base, numerics={"cylinder_diameter_mm": 13.0}, powder_surface_energy=0.0)]
+    ).iloc[0]
+    assert heap["status"] == "ok", heap["status"]
+    assert np.isnan(heap["discharge_time_s"])
+    assert 0.4 < heap["fill_bulk_density_kg_m3"] / 1833 < 0.75
+    assert heap["repose_height_deg"] == pytest.approx(np.degrees(np.arctan(heap["heap_height_mm"] / 7.0)), abs=0.5)
 
 
 def test_the_same_case_gives_the_same_bits_and_another_seed_another_heap(heaps, tmp_path):
