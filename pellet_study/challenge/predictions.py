@@ -79,6 +79,25 @@ class Stored:
         ----------
         shown : what the effects make of each row, (n,) factors and the variances of these; by default the surfaces'
         """
+        misfit, by_chance = self.misses(parameters, effects, shown)
+        return float(np.sqrt(max(0.0, np.square(misfit).sum() - by_chance)))
+
+    def misses(
+        self,
+        parameters: Mapping[str, float],
+        effects: Mapping[str, float],
+        shown: tuple[np.ndarray, np.ndarray] | None = None,
+    ) -> tuple[np.ndarray, float]:
+        """Standard errors by which the base model, calibrated to noise-free readings with the effects, misses each row it is fitted to.
+
+        Parameters
+        ----------
+        shown : as in `strength`
+
+        Returns
+        -------
+        (n,) misses, and what the uncertainty of the effects is expected to add to the sum of their squares
+        """
         base, without = self.readings(parameters, {})
         if shown is None:
             mean, variance = self.readings(parameters, effects)
@@ -91,9 +110,8 @@ class Stored:
         fitted = np.array([k for k in range(len(mean)) if k not in self.of.held_out])
         cells = CellMeans(fitted, mean[fitted], sd[fitted], 1 / sd[fitted], 1000, 0.0)
         start = self.point(parameters, {})
-        chi2 = fit(self.model, cells, problem_of(self.model, 0, start)).chi2
-        by_chance = (chance / sd**2)[fitted].sum()
-        return float(np.sqrt(max(0.0, chi2 - by_chance)))
+        residual = fit(self.model, cells, problem_of(self.model, 0, start)).residual
+        return residual, float((chance / sd**2)[fitted].sum())
 
     def size(self, parameters: Mapping[str, float], effect: str, lam: float, sign: int = 1) -> float | None:
         """The amount that shows with a strength; None where the physical range does not reach it.

@@ -23,7 +23,7 @@ from pellet_study.criticism.refine import Refinement, refine
 from pellet_study.errors import SimulationError
 from pellet_study.files import opening, writing
 from pellet_study.model.model import Model
-from pellet_study.rigs.declared import Rig
+from pellet_study.rigs.declared import Effect, Rig
 from pellet_study.rigs.on_yade import case
 from pellet_study.simulation import dispatch
 from pellet_study.study.load import load
@@ -141,18 +141,35 @@ def _cases(of: Demonstration, number: int, truth: Mapping, rigs: Mapping[str, Ri
     return cases
 
 
-def weigh(stored: Stored, numbers: Sequence[int], folder: Path, store: Path, workers: int | None = None) -> None:
-    """Measure what some trials hide by the model's own simulations with and without it, with the same seeds: strength.json.
+def factors_by_pairs(
+    of: Demonstration,
+    numbers: Sequence[int],
+    folder: Path,
+    store: Path,
+    workers: int | None = None,
+    extra: Sequence[Effect] = (),
+) -> dict[int, tuple[np.ndarray, np.ndarray]]:
+    """What that which some trials hide makes of each row, by simulations with and without it, with the same seeds.
 
-    At the physical limit an effect's surface may be far off; here its factor on each row comes from simulations there.
+    Parameters
+    ----------
+    extra : effects that no candidate describes
+
+    Returns
+    -------
+    for each trial (rows,) factors of the means and the variances of these; 1 and 0 where nothing hidden acts in the rig
     """
-    of = stored.of
+    rigs = {rig: of.catalogue.rigs[rig] for rig in of.observables}
+    if extra:
+        rigs = {
+            name: rig.with_effects([effect for effect in extra if name in effect.rigs]) for name, rig in rigs.items()
+        }
     asked: list[tuple[int, int, int, int]] = []
     cases: list[dict] = []
     for n in numbers:
         truth = _truth(folder, n)
         for k, (rig, given) in enumerate(of.conditions):
-            acting = _acting(of, of.catalogue.rigs[rig], truth)
+            acting = _acting(of, rigs[rig], truth)
             if not acting:
                 continue
             first = FIRST_OF_STRENGTHS + (n * len(of.conditions) + k) * SEEDS_A_TRIAL
@@ -162,7 +179,7 @@ def weigh(stored: Stored, numbers: Sequence[int], folder: Path, store: Path, wor
                 asked.append((n, k, len(cases), len(cases) + len(seeds)))
                 cases += [
                     case(
-                        rig,
+                        rigs[rig],
                         contact_law=of.contact_law,
                         seed=s,
                         parameters=parameters,
@@ -171,7 +188,7 @@ def weigh(stored: Stored, numbers: Sequence[int], folder: Path, store: Path, wor
                     )
                     for s in seeds
                 ]
-    table = dispatch.run(cases, store, workers=workers) if cases else None
+    table = dispatch.run(cases, store, rigs=rigs, workers=workers) if cases else None
     factors = {n: (np.ones(len(of.conditions)), np.zeros(len(of.conditions))) for n in numbers}
     for (n, k, *with_it), (_, _, *without) in zip(asked[::2], asked[1::2], strict=True):
         shown, plain = (
@@ -185,6 +202,15 @@ def weigh(stored: Stored, numbers: Sequence[int], folder: Path, store: Path, wor
         factor = shown[both].mean() / plain[both].mean()
         scatter = np.var(shown[both] - factor * plain[both], ddof=1) / both.sum() / plain[both].mean() ** 2
         factors[n][0][k], factors[n][1][k] = factor, scatter
+    return factors
+
+
+def weigh(stored: Stored, numbers: Sequence[int], folder: Path, store: Path, workers: int | None = None) -> None:
+    """Measure what some trials hide by the model's own simulations with and without it, with the same seeds: strength.json.
+
+    At the physical limit an effect's surface may be far off; here its factor on each row comes from simulations there.
+    """
+    factors = factors_by_pairs(stored.of, numbers, folder, store, workers)
     for n in numbers:
         truth = _truth(folder, n)
         found = stored.strength(truth["parameters"], truth["effects"], factors[n])
