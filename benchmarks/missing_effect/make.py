@@ -14,7 +14,7 @@ cpu-minutes, and pairs of simulations for the failing rows of the truth; what ST
 | predictions.csv | these surfaces, at Sobol points |
 | pairs.csv | means with what is hidden over means without it, at the true parameters, by YADE, where the surfaces cannot tell |
 | truth.csv | sealed.json, strength.json, pairs.csv |
-| answers/*.csv, scores.csv | baselines.py, score.py |
+| answers/*.csv, scores.csv, the table in docs/benchmark.md | baselines.py, score.py |
 """
 
 import argparse
@@ -24,6 +24,7 @@ from pathlib import Path
 
 import baselines
 import numpy as np
+import pandas as pd
 import score
 import simulator
 from baselines import Answer, Set
@@ -32,13 +33,15 @@ from simulator import SEALED
 from pellet_study.challenge import sealed
 from pellet_study.challenge.predictions import Stored
 from pellet_study.challenge.seeds import outside
-from pellet_study.files import opening
+from pellet_study.errors import InputError
+from pellet_study.files import opening, writing
 from pellet_study.model.sites import spread
 from pellet_study.rigs.declared import Effect
 from pellet_study.study.load import load
 
 TRIALS = Path(__file__).resolve().parents[2] / "results" / "hidden_effect" / "sealed"
 FOLDER = TRIALS.parent / "benchmark"
+PAGE = TRIALS.parents[2] / "docs" / "benchmark.md"
 POINTS = 128  # of predictions.csv, each with every candidate
 METHODS = {"pellet_study": None, "best_aicc": baselines.best_aicc, "discrepancy": baselines.discrepancy}
 BELOW = 2.0  # lambda: the root of the sum of squares of all misses, so that no single one is larger
@@ -204,6 +207,19 @@ def answers(stored: Stored) -> None:
         files.append(FOLDER / "answers" / f"{name}.csv")
         write(files[-1], [*score.NEEDED, score.ROWS, *constants], lines)
     score.main([*map(str, files), "--benchmark", str(FOLDER), "--out", str(FOLDER / "scores.csv")])
+    page({file.stem: score.score(file, FOLDER) for file in files})
+
+
+def page(scores: dict[str, pd.DataFrame]) -> None:
+    """Put the table of the methods in the place of the one in docs/benchmark.md."""
+    blocks = opening.text(PAGE).split("\n\n")
+    there = [k for k, block in enumerate(blocks) if block.startswith("| measure |")]
+    if len(there) != 1:
+        raise InputError(
+            f"{PAGE}: has {len(there)} tables that begin with `| measure |`, expected one: put its head there"
+        )
+    blocks[there[0]] = score.side_by_side(scores, markdown=True)
+    writing.text(PAGE, "\n\n".join(blocks))
 
 
 def cells(answered: Answer) -> list[str]:
