@@ -32,7 +32,7 @@ OPTIONS = {command: options_of(command) for command in COMMANDS}
 
 def of_scripts() -> set[str]:
     """Options of the scripts that are called by hand."""
-    files = [*(ROOT / "benchmarks").glob("*.py"), *(ROOT / "yade_scripts").glob("*.py"), ROOT / ".ci" / "debian13"]
+    files = [*(ROOT / "benchmarks").rglob("*.py"), *(ROOT / "yade_scripts").glob("*.py"), ROOT / ".ci" / "debian13"]
     return {option for file in files for option in OPTION.findall(file.read_text(encoding="utf-8"))}
 
 
