@@ -88,14 +88,15 @@ def aicc(minus_two_log_likelihood: float, n: int, free: int) -> float:
 
 
 def pellet_study(of: Set, answered: dict) -> Answer:
-    """The answer of `refine` as the trial has it: verdict, added, tied."""
+    """The answer of `refine` as the trial has it: verdict, added, tied, and the constants of the model that it ended with."""
+    told = np.array([value for name, value in answered["parameters"].items() if "." not in name])
     if answered["added"]:
         (name,) = answered["added"]
-        return of.answer("missing", [name], of.fits[name])
+        return of.answer("missing", [name], of.fits[name])._replace(after=told)
     if answered["tied"]:
         names = [name for (name,) in answered["tied"]]
-        return of.answer("tied", names, of.fits[names[0]])
-    return of.answer(answered["verdict"], [], None)
+        return of.answer("tied", names, of.fits[names[0]])._replace(before=told)
+    return of.answer(answered["verdict"], [], None)._replace(before=told, after=told)
 
 
 def best_aicc(of: Set) -> Answer:

@@ -120,19 +120,19 @@ def hidden(place: Path) -> dict:
     return opening.json_in(place / "sealed.json")
 
 
-def strength(place: Path, stored: Stored) -> float | None:
-    """Measured lambda of a set; None where what is hidden is no candidate."""
+def strength(place: Path) -> float | None:
+    """Lambda of a set, measured or, of a reading offset, exact on the surfaces of its day; None where what is hidden is no candidate."""
     truth, measured = hidden(place), place / "strength.json"
     if measured.exists():
         return opening.json_in(measured)["lambda"]
     if truth["kind"] == "outside":
         return None
-    return stored.strength(truth["parameters"], truth["effects"]) if truth["effects"] else 0.0
+    return truth["lambda"] if truth["effects"] else 0.0
 
 
 def surfaces_tell(place: Path, stored: Stored) -> bool:
     """Whether the surfaces, with what a set hides, have the misfit that was measured; near a physical limit they may not."""
-    truth, measured = hidden(place), strength(place, stored)
+    truth, measured = hidden(place), strength(place)
     if measured is None:
         return False
     return measured < BELOW or abs(stored.strength(truth["parameters"], truth["effects"]) - measured) < NEAR
@@ -168,7 +168,7 @@ def truth(stored: Stored) -> None:
     by_pairs, lines = shown_by_pairs(), []
     for place in sets():
         known, number = hidden(place), int(place.name)
-        lam = strength(place, stored)
+        lam = strength(place)
         failing: tuple[int, ...] = ()
         if number in by_pairs:
             failing = baselines.rows(stored.misses(known["parameters"], known["effects"], by_pairs[number])[0])
