@@ -10,12 +10,16 @@ import textwrap
 import threading
 from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
-from typing import TextIO
+from typing import TYPE_CHECKING, TextIO
 
 from pellet_study.output.words import plain
 
+if TYPE_CHECKING:
+    from tqdm import tqdm
+
 WIDTH = 80  # columns of a page
 QUIET_S = 2.0  # work shorter than this is not announced
+SELDOM_S = 300.0  # between lines of progress where the error stream is no terminal, as of a run over night
 HEADS = "FIT|WHERE|ANSWER|NEXT|NOTE"
 BOLD = re.compile(rf"^({HEADS}|results|next)\b", re.MULTILINE)
 
@@ -53,6 +57,15 @@ def warn(messages: Iterable[str], noted: Collection[str] = ()) -> None:
     for message in dict.fromkeys(message for message in messages if message not in told):
         text = plain(f"warning: {message}")
         print(f"\033[33m{text}\033[0m" if coloured(sys.stderr) else text, file=sys.stderr)
+
+
+def progress(total: int, quiet: bool) -> "tqdm":
+    """A bar of cases simulated, on the error stream; a line every `SELDOM_S` where that is no terminal, none if `quiet`."""
+    from tqdm import tqdm
+
+    seen = sys.stderr.isatty()
+    seldom = {} if seen else {"delay": SELDOM_S, "mininterval": SELDOM_S, "maxinterval": SELDOM_S}
+    return tqdm(total=total, unit="case", desc="simulating", disable=quiet, leave=not seen, **seldom)
 
 
 def complain(message: object) -> None:

@@ -20,6 +20,7 @@ from typing import Any
 
 import pellet_study
 from pellet_study.errors import InputError, SimulationError, StudyError
+from pellet_study.output.terminal import progress
 from pellet_study.rigs.declarations import rig_in
 from pellet_study.rigs.declared import Rig
 from pellet_study.rigs.on_yade import rigs_of
@@ -110,12 +111,10 @@ def run(
     InputError : no such scheduler, or nobody answers there
     SimulationError : no worker can simulate, the scheduler does not come back, or cases have no result
     """
-    from tqdm import tqdm
-
     work = _Work(cases, store, rigs, time_limit_s)
     with _reached(scheduler, store) as there:
         address = there.address
-        work.bar = tqdm(total=len(cases), unit="case", desc="simulating", disable=True if quiet else None, leave=False)
+        work.bar = progress(len(cases), quiet)
         try:
             client = _connect(there, CONNECT_LIMIT_S)
             if client is None:

@@ -35,7 +35,7 @@ def run(
     store : folder of finished cases, made where it is missing
     rigs : those of the cases' rigs by name that are not the package's, as a study's catalogue has them
     workers : YADE processes at once on this machine; default $PELLET_STUDY_WORKERS, else one a core
-    quiet : no progress bar (there is none either where stderr is no terminal)
+    quiet : no progress; else a bar, or a line every five minutes where stderr is no terminal
     scheduler : address of a Dask scheduler, or `slurm:JOBS`; default $PELLET_STUDY_SCHEDULER, else this machine
     time_limit_s : longest time of a case, s; default $PELLET_STUDY_TIME_LIMIT_S, else what its rig declares
 

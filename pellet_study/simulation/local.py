@@ -17,6 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from pellet_study.errors import SimulationError
+from pellet_study.output.terminal import progress
 from pellet_study.rigs.declared import Rig
 from pellet_study.rigs.scripts import SCRIPTS, fingerprint
 from pellet_study.simulation import yade
@@ -100,15 +101,7 @@ class Campaign:
 
     def run(self) -> None:
         """Work until every case has a row."""
-        from tqdm import tqdm
-
-        bar = tqdm(
-            total=len(self.cases),
-            unit="case",
-            desc="simulating",
-            disable=True if self.quiet else None,
-            leave=False,
-        )
+        bar = progress(len(self.cases), self.quiet)
         try:
             crashed = self._work(self.cases, bar)
             for case, _ in crashed:  # alone: a neighbour's fault or a passing shortage is not held against it
