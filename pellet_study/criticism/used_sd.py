@@ -109,7 +109,11 @@ def reading_sd(rows: Sequence[Measurement], at: Mapping[int, float] = NOWHERE) -
             cells.setdefault((key(row), row.setup), []).append(row)
         readings = readings_of(list(cells.values()))
         stated = [row for row in group if row.sd is not None and row.split == "fit"]
-        sizes = np.array([at.get(id(row), _mean_beside(row, held)) for row in held])
+        beside: dict[tuple, list[Measurement]] = {}
+        for row in held:
+            beside.setdefault((key(row), row.setup), []).append(row)
+        middle = {id(row): mean for cell in beside.values() for mean in [_mean(cell)] for row in cell}
+        sizes = np.array([at.get(id(row), middle[id(row)]) for row in held])
         if readings.repeats.sum() > 0:
             dof = readings.repeats
             own = np.sqrt(readings.within / np.maximum(dof, 1))
@@ -117,9 +121,8 @@ def reading_sd(rows: Sequence[Measurement], at: Mapping[int, float] = NOWHERE) -
             sds, _ = no_less_than_resolution("", pooled, np.abs(readings.mean), readings.resolution, readings.step)
             for row in fitted:
                 found[id(row)] = float(sds[np.argmin(np.abs(readings.mean - row.value))])
-            least = (
-                sds.min() if (sds > pooled).all() else readings.resolution.max()
-            )  # the floor, where it is one for all
+            # the floor, where it is one for all
+            least = sds.min() if (sds > pooled).all() else readings.resolution.max()
             of_held = np.maximum(pooled_sd(readings.mean, own, dof, sizes), least)
         elif stated:
             sds = np.array([found[id(row)] for row in stated])
@@ -131,7 +134,6 @@ def reading_sd(rows: Sequence[Measurement], at: Mapping[int, float] = NOWHERE) -
     return [found.get(id(row)) for row in rows]
 
 
-def _mean_beside(row: Measurement, held: Sequence[Measurement]) -> float:
-    """Mean of the rows held out under a row's conditions and set-up."""
-    beside = [r for r in held if (key(r), r.setup) == (key(row), row.setup)]
-    return float(np.average([r.value for r in beside], weights=[r.n for r in beside]))
+def _mean(rows: Sequence[Measurement]) -> float:
+    """Of all readings behind some rows."""
+    return float(np.average([r.value for r in rows], weights=[r.n for r in rows]))
