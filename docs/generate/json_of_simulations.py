@@ -63,6 +63,19 @@ OPTIMUM = {
     "extents": "{factor: [low, high]} of the settings that meet the target",
     "bond_number": "pull-off force over weight of a grain",
     "box": "{factor: [low, high]} of the surface",
+    "joint": "what all readings tell of the factors; null in files of release 0.1",
+    "joint.readings": "each that was measured: `observable`, `measured` (mean), `sd`, `n`, `freedom` (of the sd), `standard_error` (of the "
+    "mean, wider where the sd is of few), `predicted` and `predicted_standard_error` (at `point`), `lowest` and `highest` (in the "
+    "box), `nearest` (the value there nearest to it), `out_of_reach` (beyond the scatter)",
+    "joint.known": "of each factor `low` and `high` (95 % interval), `share_of_range`, `word` (identified, narrowed, not identified), "
+    "`at_end` (ends of the box at which it ends)",
+    "joint.share_of_box": "of the smallest region that holds 95 % of the posterior",
+    "joint.share_of_box_first": "of the first reading alone",
+    "joint.distance": "least squared distance of the readings from the surfaces, in units of their scatter",
+    "joint.distance_p": "its p; below 0.01 the readings contradict each other",
+    "joint.doubtful": "the reading without which they agree best, where they contradict; else null",
+    "joint.gains": "further readings, best first: `observable`, `n`, `sd`, `share_of_box` that would be left on average",
+    "joint.heaps": "of the surfaces",
 }
 ATTEMPT = {
     "mean_deg": "of the heaps",
@@ -83,6 +96,8 @@ ATTEMPT = {
     "factors": OPTIMUM["factors"],
     "outside": OPTIMUM["outside"],
     "bond_number": OPTIMUM["bond_number"],
+    "others": "the other readings that were measured: `observable`, `mean`, `standard_error`, `measured`, `margin`, `p_tost`, "
+    "`equivalent`, `attainable`",
 }
 VALIDATION = {
     **ATTEMPT,
@@ -104,6 +119,7 @@ PLAN = {
     "plan.target_deg": "the measured angle",
     "plan.sd_deg": "of one reading of it",
     "plan.n": "readings in it",
+    "plan.others": "{observable: [mean, sd, n]} of the other readings",
 }
 
 

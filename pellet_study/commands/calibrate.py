@@ -18,7 +18,9 @@ if TYPE_CHECKING:
     from pellet_study.study import Study
 
 EPILOG = """\
-The measurements need the measured repose angle with its sd. Parameters A to G (powder_restitution, powder_static_friction,
+The measurements need the measured repose angle with its sd. Rows of other readings of the same pouring (another angle,
+discharge_time_s, fill_bulk_density_kg_m3) count as well: the setting is then the one that agrees with all of them, and the
+summary says which parameters they tell, and which reading would tell more. Parameters A to G (powder_restitution, powder_static_friction,
 powder_rolling_friction, powder_steel_restitution, powder_steel_static_friction, powder_steel_rolling_friction,
 powder_surface_energy) are screened over their min and max in study.toml, or over the paper's Table 6. C, F and G belong to
 effects: with their min and max study.toml also lists these, with nothing of them beyond C, F and G, as results/full does:

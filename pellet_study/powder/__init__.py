@@ -2,7 +2,8 @@
 
 `from_study.plan_of(study)` says what a study asks for, `Chain` does it:
 
-    plan < from_study, heaps, box < decisions < text, tables, results < screening, climb, surface < validation
+    plan < from_study, heaps, box < decisions < text, tables, results < responses < posterior < gains < identified
+    < screening, climb, surface < validation
     < chain, few_heaps, figures < report
 """
 

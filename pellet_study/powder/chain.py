@@ -14,6 +14,7 @@ from pellet_study.doe.optimum import TargetSet
 from pellet_study.powder.climb import climb
 from pellet_study.powder.decisions import STAGES, Decision
 from pellet_study.powder.heaps import Heaps
+from pellet_study.powder.identified import Identified
 from pellet_study.powder.results import Results
 from pellet_study.powder.screening import screen
 from pellet_study.powder.surface import meet_target, surface
@@ -25,8 +26,8 @@ from pellet_study.powder.validation import validate
 class Chain:
     """The stages of one plan: its heaps, its folder of results.
 
-    `after` gets the results when a stage is done. `screened` and `targeted` are the analyses of the last call of `run`,
-    for its figures; None where that stage was not done in it.
+    `after` gets the results when a stage is done. `screened`, `targeted` and `identified` are the analyses of the last call
+    of `run`, for its figures; None where that stage was not done in it.
     """
 
     heaps: Heaps
@@ -34,6 +35,7 @@ class Chain:
     after: Callable[[Results], object] = lambda results: None
     screened: plackett_burman.Screening | None = field(default=None, init=False)
     targeted: TargetSet | None = field(default=None, init=False)
+    identified: Identified | None = field(default=None, init=False)
 
     def run(self, stages: Sequence[str] = STAGES) -> dict[str, Decision]:
         """The stages named, in the paper's order; {stage: decision} of those done so far.
@@ -70,7 +72,7 @@ class Chain:
             case "surface":
                 return surface(self.heaps, self.results)
             case "optimum":
-                optimum, self.targeted = meet_target(self.heaps.plan, self.results)
+                optimum, self.targeted, self.identified = meet_target(self.heaps.plan, self.results)
                 return optimum
             case "validation":
                 return validate(self.heaps, self.results)

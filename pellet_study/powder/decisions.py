@@ -71,8 +71,79 @@ class Surface:
 
 
 @dataclass(frozen=True, kw_only=True)
+class Met:
+    """A measured reading (mean of `n` with their `sd`) beside the surfaces: at the setting recommended, and in the box.
+
+    `standard_error` is that of the mean, wider where `sd` has few degrees of freedom (`freedom`); the surfaces give from
+    `lowest` to `highest` in the box; `nearest` is the value there that is nearest to it, `out_of_reach` where that lies beyond the scatter.
+    """
+
+    observable: str
+    measured: float
+    sd: float
+    n: int
+    freedom: int
+    standard_error: float
+    predicted: float
+    predicted_standard_error: float
+    lowest: float
+    highest: float
+    nearest: float
+    out_of_reach: bool
+
+
+@dataclass(frozen=True, kw_only=True)
+class Known:
+    """The 95 % interval of a factor, the share of its range in the box that this takes, and what that is called.
+
+    `at_end` are the ends of the box at which it ends, beyond which nothing was simulated.
+    """
+
+    factor: str
+    low: float
+    high: float
+    share_of_range: float
+    word: str
+    at_end: list[float]
+
+
+@dataclass(frozen=True, kw_only=True)
+class Gain:
+    """The share of the box that would be left, on average, by `n` further readings with a standard deviation `sd`."""
+
+    observable: str
+    n: int
+    sd: float
+    share_of_box: float
+
+
+@dataclass(frozen=True, kw_only=True)
+class Joint:
+    """What all readings tell together.
+
+    `share_of_box` is that of the smallest region which holds 95 % of the posterior, `share_of_box_first` that of the first
+    reading alone; `distance` the least squared distance of the readings from the surfaces in units of their scatter,
+    `distance_p` its p; `doubtful` the reading without which they agree best, where they contradict each other. `gains` are
+    further readings, best first. The surfaces are of `heaps`.
+    """
+
+    readings: list[Met]
+    known: list[Known]
+    share_of_box: float
+    share_of_box_first: float
+    distance: float
+    distance_p: float
+    doubtful: str | None
+    gains: list[Gain]
+    heaps: int
+
+
+@dataclass(frozen=True, kw_only=True)
 class Optimum:
-    """The setting recommended (`point`), the share of the box that meets the target as well, and its extents."""
+    """The setting recommended (`point`), the share of the box that meets the target as well, and its extents.
+
+    `joint` is what the readings tell of the factors; an older version wrote none.
+    """
 
     point: dict[str, float]
     factors: list[str]
@@ -88,13 +159,29 @@ class Optimum:
     extents: dict[str, list[float]]
     bond_number: float
     box: dict[str, list[float]]
+    joint: Joint | None = None
+
+
+@dataclass(frozen=True, kw_only=True)
+class Checked:
+    """Another reading of the same heaps against what was measured: their mean and the two one-sided tests, within `margin`."""
+
+    observable: str
+    mean: float
+    standard_error: float
+    measured: float
+    margin: float
+    p_tost: float
+    equivalent: bool
+    attainable: bool
 
 
 @dataclass(frozen=True, kw_only=True)
 class Attempt:
     """Heaps at one setting against the measured angle: their mean (deg) and the two one-sided tests.
 
-    `attainable` says whether enough heaps could show equivalence at all, the measured angle being known as it is.
+    `attainable` says whether enough heaps could show equivalence at all, the measured angle being known as it is. `others`
+    are the other readings that were measured.
     """
 
     mean_deg: float
@@ -115,6 +202,12 @@ class Attempt:
     factors: list[str]
     outside: dict[str, str] = field(default_factory=dict)
     bond_number: float
+    others: list[Checked] = field(default_factory=list)
+
+    @property
+    def passed(self) -> bool:
+        """Whether the angle and all other readings are shown equivalent."""
+        return self.equivalent and all(one.equivalent for one in self.others)
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -189,10 +282,24 @@ def read_decision(folder: Path, stage: str) -> Any:
     found = decided(folder, stage)
     try:
         if stage == "validation":
-            found["attempts"] = [_part(Attempt, attempt) for attempt in found.get("attempts", [found])]
+            found["attempts"] = [_attempt(Attempt, attempt) for attempt in found.get("attempts", [found])]
+            return _attempt(Validation, found)
+        if stage == "optimum" and found.get("joint"):
+            found["joint"] = _joint(found["joint"])
         return _part(KINDS[stage], found)
     except (TypeError, AttributeError) as error:
         raise _no_decision(decision_file(folder, stage), error) from None
+
+
+def _attempt(kind: type, told: Mapping[str, Any]) -> Any:
+    """Heaps at a setting, of a JSON object."""
+    return _part(kind, dict(told) | {"others": [_part(Checked, one) for one in told.get("others", [])]})
+
+
+def _joint(told: Mapping[str, Any]) -> Joint:
+    """What the readings tell, of a JSON object."""
+    parts = {"readings": Met, "known": Known, "gains": Gain}
+    return _part(Joint, dict(told) | {key: [_part(kind, one) for one in told[key]] for key, kind in parts.items()})
 
 
 def _part(kind: type, told: Mapping[str, Any]) -> Any:

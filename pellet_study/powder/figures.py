@@ -9,11 +9,14 @@ import pandas as pd
 from pellet_study.output import style
 from pellet_study.output.style import LIGHT, MEASURED, MODEL, folded, letters_in, room_for, styled
 from pellet_study.powder.decisions import PathSetting
-from pellet_study.powder.plan import OBSERVABLE
+from pellet_study.powder.plan import NAMES, OBSERVABLE
+from pellet_study.powder.posterior import LEVEL, Posterior
 
 if TYPE_CHECKING:
     from matplotlib.axes import Axes
     from matplotlib.figure import Figure
+
+BINS = 30  # of a factor's range, in `corner`
 
 
 @styled
@@ -88,3 +91,58 @@ def heaps(
     handles, labels = axes.get_legend_handles_labels()
     style.legend_below(figure, handles, labels, columns=3, ax=ax)
     return figure
+
+
+@styled
+def corner(found: Posterior, first: Posterior, alone: str) -> "Figure":
+    """Each factor's posterior, and each pair's region that holds 95 % of it; paler those of the first reading, `alone`.
+
+    The star is the setting recommended.
+    """
+    factors, size = found.factors, len(found.factors)
+    figure, panels = style.new_axes(2.2 * size, 2.0 * size + 0.5, nrows=size, ncols=size, squeeze=False)
+    each = [(found, MODEL)] if found is first else [(first, LIGHT), (found, MODEL)]
+    for i, j in np.ndindex(size, size):
+        axes = panels[i, j]
+        if j > i:
+            axes.set_visible(False)
+            continue
+        axes.set_xlim(factors[j].low, factors[j].high)
+        if i == j:
+            for one, color in each:
+                axes.stairs(*_histogram(one, [i]), color=color, fill=one is not found)
+            axes.set_ylim(0, None)
+            axes.set_yticks([])
+        else:
+            for one, color in each:
+                height, across, up = _histogram(one, [j, i])
+                level = _level(height)
+                middle = [(edges[1:] + edges[:-1]) / 2 for edges in (across, up)]
+                axes.contourf(*middle, height.T, levels=[level, height.max() + level], colors=[color], alpha=0.75)
+            star = [factors[k].physical(found.recommended[k]) for k in (j, i)]
+            axes.plot(*star, "*", color="white", markeredgecolor="black", clip_on=False)
+            axes.set_ylim(factors[i].low, factors[i].high)
+        axes.tick_params(labelbottom=i == size - 1, labelleft=j == 0 and i > 0)
+        if i == size - 1:
+            axes.set_xlabel(folded(f"{factors[j].name}, {NAMES[factors[j].name]} ({factors[j].unit or '-'})", 18))
+        if j == 0 and i > 0:
+            axes.set_ylabel(folded(f"{factors[i].name}, {NAMES[factors[i].name]} ({factors[i].unit or '-'})", 18))
+    from matplotlib.patches import Patch
+
+    names = ["by all readings"] if found is first else [f"by {alone} alone", "by all readings"]
+    style.legend_below(figure, [Patch(color=color) for _, color in each], names)
+    return figure
+
+
+def _histogram(one: Posterior, which: list[int]) -> tuple[np.ndarray, ...]:
+    """Weight in each bin of one or two factors, and the edges of the bins, physical."""
+    edges = [np.linspace(one.factors[k].low, one.factors[k].high, BINS + 1) for k in which]
+    points = np.column_stack([one.factors[k].physical(one.coded[:, k]) for k in which])
+    height, _ = np.histogramdd(points, edges, weights=one.weights)
+    return height, *edges
+
+
+def _level(height: np.ndarray) -> float:
+    """The least height of those bins which hold 95 % of the weight, highest first."""
+    ordered = np.sort(height, axis=None)[::-1]
+    return float(ordered[np.searchsorted(np.cumsum(ordered), LEVEL * ordered.sum())])

@@ -8,7 +8,7 @@ from scipy.special import chdtrc
 from pellet_study.doe.factors import Factor
 from pellet_study.errors import InputError
 from pellet_study.paper.designs import screening_factors
-from pellet_study.powder.plan import DEFAULT_LAW, READINGS, RIG, SYMBOLS, Plan
+from pellet_study.powder.plan import ANGLES, DEFAULT_LAW, READINGS, RIG, SYMBOLS, Plan, Reading
 from pellet_study.rigs import on_yade
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import SCALINGS, Study
@@ -26,14 +26,20 @@ def plan_of(study: Study, contact_law: str | None = None) -> Plan:
     """
     law = contact_law or study.contact_law or DEFAULT_LAW
     refuse_law(study, law)
-    rows = measured_rows(study)
+    readings = measured_rows(study)
+    rows = next(iter(readings.values()))
     known = rows[0].parameters
     refuse_effects(study)
     factors = factors_of(study, known)
     fixed = fixed_of(study, known)
-    value, sd, n, freedom, remarks = measured_angle(rows)
+    (value, sd, n, freedom), remarks = measured_reading(rows)
     if not 0 < value < 90:
         raise InputError(f"the measured repose angle is {value:g} deg; expected one above 0 and below 90")
+    others = []
+    for observable, more in list(readings.items())[1:]:
+        of_it, said = measured_reading(more)
+        others.append(Reading(observable, *of_it))
+        remarks += said
     return Plan(
         law,
         factors,
@@ -48,6 +54,7 @@ def plan_of(study: Study, contact_law: str | None = None) -> Plan:
         own=frozenset(f.name for f in factors if SYMBOLS[f.name] in study.parameters),
         seeds_by=study.seeds_by,
         observable=rows[0].observable,
+        others=tuple(others),
     )
 
 
@@ -63,26 +70,29 @@ def refuse_law(study: Study, law: str) -> None:
             raise InputError(f"calibrate varies {', '.join(effect.owns)}, but {why}")
 
 
-def measured_rows(study: Study) -> list[Measurement]:
-    """The rows of the repose angle, all under one condition.
+def measured_rows(study: Study) -> dict[str, list[Measurement]]:
+    """{observable: its rows}, all under one condition; the first angle of the file comes first, as it steers the chain.
 
     Raises
     ------
-    InputError : there are none, or they differ in their conditions or in what is known of them
+    InputError : no angle was measured, or the rows differ in their conditions or in what is known of them
     """
     rows = [r for r in study.rows if r.rig == RIG and r.observable in READINGS and r.split == "fit"]
-    if not rows:
-        raise InputError(f"the measurements have no row of the rig {RIG}; calibrate needs the measured repose angle")
-    if several := sorted({row.observable for row in rows} - {rows[0].observable}):
+    steering = next((row.observable for row in rows if row.observable in ANGLES), None)
+    if steering is None:
         raise InputError(
-            f"calibrate meets one reading of the heap, but the rows have {', '.join([rows[0].observable, *several])}; keep "
-            "one of them, or use compare"
+            f"the measurements have no repose angle of the rig {RIG} ({', '.join(ANGLES)}); calibrate is steered by one"
         )
     if any(dict(row.conditions) != dict(rows[0].conditions) for row in rows):
-        raise InputError("calibrate meets one repose angle, but the rows differ in their conditions; use compare")
+        raise InputError(
+            "calibrate meets readings of one pouring, but the rows differ in their conditions; keep one of them, or use compare"
+        )
     if any(dict(row.parameters) != dict(rows[0].parameters) for row in rows):
-        raise InputError("calibrate meets one repose angle, but the rows differ in what is known of them; use compare")
-    return rows
+        raise InputError(
+            "calibrate meets readings of one pouring, but the rows differ in what is known of them; use compare"
+        )
+    names = dict.fromkeys([steering, *(row.observable for row in rows)])
+    return {name: [row for row in rows if row.observable == name] for name in names}
 
 
 def factors_of(study: Study, known: Mapping[str, float]) -> list[Factor]:
@@ -154,8 +164,8 @@ def refuse_effects(study: Study) -> None:
             )
 
 
-def measured_angle(rows: Sequence[Measurement]) -> tuple[float, float, int, int, tuple[str, ...]]:
-    """Mean of the rows (deg), standard deviation of a reading (deg), readings, its degrees of freedom, remarks.
+def measured_reading(rows: Sequence[Measurement]) -> tuple[tuple[float, float, int, int], tuple[str, ...]]:
+    """Mean of the rows, standard deviation of a reading, number of readings, degrees of freedom of that sd; and remarks.
 
     A row is a mean of n readings, so the scatter of k rows about their mean gives that of a reading as
     sum n (value - mean)^2 / (k - 1). It is taken where no row has an sd, and where it contradicts those stated
@@ -165,21 +175,27 @@ def measured_angle(rows: Sequence[Measurement]) -> tuple[float, float, int, int,
     ------
     InputError : neither an sd nor rows that differ
     """
+    what = "repose angle" if rows[0].observable in ANGLES else rows[0].observable
     n = sum(row.n for row in rows)
     mean = sum(row.n * row.value for row in rows) / n
     squares = sum(row.n * (row.value - mean) ** 2 for row in rows)
     stated = [(row.n, row.sd) for row in rows if row.sd is not None]
     if not stated:
         if squares == 0:
-            few = "the repose angle has no sd" if len(rows) == 1 else "the repose angles have no sd and are all equal"
-            raise InputError(f"{few}: calibrate takes it as the margin of the validation; give it")
-        return mean, float(np.sqrt(squares / (len(rows) - 1))), n, len(rows) - 1, ()
+            few = f"the {what} has no sd" if len(rows) == 1 else f"the rows of the {what} have no sd and are all equal"
+            why = (
+                "takes it as the margin of the validation" if rows[0].observable in ANGLES else "weighs readings by it"
+            )
+            raise InputError(f"{few}: calibrate {why}; give it")
+        return (mean, float(np.sqrt(squares / (len(rows) - 1))), n, len(rows) - 1), ()
     sd = float(np.sqrt(sum(k * sd_k**2 for k, sd_k in stated) / sum(k for k, _ in stated)))
     if len(rows) > 1 and chdtrc(len(rows) - 1, squares / sd**2) < CONTRADICTED:
         wider = float(np.sqrt(squares / (len(rows) - 1)))
+        unit = on_yade.rig(RIG).units[rows[0].observable]
+        angle = rows[0].observable in ANGLES
         remark = (
-            f"the measured angles contradict their sd of {sd:g} deg: they scatter as readings with an sd of {wider:.2g} deg, "
-            "which is taken, as the margin too"
+            f"the measured {'angles' if angle else f'rows of {what}'} contradict their sd of {sd:g} {unit}: they scatter as "
+            f"readings with an sd of {wider:.2g} {unit}, which is taken{', as the margin too' if angle else ''}"
         )
-        return mean, wider, n, len(rows) - 1, (remark,)
-    return mean, sd, n, sum(k - 1 for k, _ in stated), ()
+        return (mean, wider, n, len(rows) - 1), (remark,)
+    return (mean, sd, n, sum(k - 1 for k, _ in stated)), ()

@@ -13,8 +13,10 @@ from pellet_study.rigs import on_yade
 from yade_scripts import laws, powder_scene
 
 RIG, OBSERVABLE = "repose", "repose_angle_deg"
-OTHER_READINGS = ("repose_flank_deg", "repose_triangle_deg", "repose_moment_deg", "repose_height_deg")
-READINGS = (OBSERVABLE, *OTHER_READINGS)  # of a heap; a study measures one
+OTHER_ANGLES = ("repose_flank_deg", "repose_triangle_deg", "repose_moment_deg", "repose_height_deg")
+ANGLES = (OBSERVABLE, *OTHER_ANGLES)  # of a heap; one that was measured steers the chain
+OTHER_READINGS = (*OTHER_ANGLES, "discharge_time_s", "fill_bulk_density_kg_m3")
+READINGS = (OBSERVABLE, *OTHER_READINGS)  # of the same pouring
 SYMBOLS = {
     "A": "powder_restitution",
     "B": "powder_static_friction",
@@ -39,6 +41,35 @@ IDLE = {laws.LOCAL_DAMPING: {"A": "the law has no restitution; A is an idle colu
 
 
 @dataclass(frozen=True)
+class Reading:
+    """What was read of the same powder under the same conditions: the mean of `n` readings and their standard deviation.
+
+    `freedom` are the degrees of freedom of `sd`; 0 where it is stated of a single reading, and then counts as known.
+    """
+
+    observable: str
+    value: float
+    sd: float
+    n: int
+    freedom: int
+
+    @property
+    def sample(self) -> validation.Sample:
+        """For the test of equivalence; of a single reading, a known number.
+
+        Of readings whose scatter is known from few rows, as many readings as that scatter has degrees of freedom and one
+        more, with the same standard error.
+        """
+        if self.n == 1:
+            return validation.Sample(self.value)
+        return validation.Sample(self.value, self.sd * ((self.freedom + 1) / self.n) ** 0.5, self.freedom + 1)
+
+    def attainable(self, level: float) -> bool:
+        """Whether enough heaps could show equivalence at a level, within `sd`: the measured mean itself is known well enough."""
+        return self.n == 1 or stdtrit(self.freedom, 1 - level) * self.sd / self.n**0.5 < self.sd
+
+
+@dataclass(frozen=True)
 class Plan:
     """What a study asks of the chain.
 
@@ -47,7 +78,7 @@ class Plan:
     readings; `freedom` the degrees of freedom of `sd`; `margin` that of the equivalence test, the measurement's own
     standard deviation; `remarks` what the reader must know; `seeds_by` is "setting" where the seed of a heap belongs to
     its levels, "place" where it follows from where the heap stands in its design, as in release 0.1; `observable` is the
-    reading of the heap that was measured.
+    angle that was measured and steers the chain, `others` what was measured beside it.
     """
 
     contact_law: str
@@ -63,26 +94,22 @@ class Plan:
     own: frozenset[str] = frozenset()
     seeds_by: str = "setting"
     observable: str = OBSERVABLE
+    others: tuple[Reading, ...] = ()
+
+    @property
+    def angle(self) -> Reading:
+        """The measured angle that steers the chain."""
+        return Reading(self.observable, self.target, self.sd, self.n, self.freedom)
+
+    @property
+    def readings(self) -> list[Reading]:
+        """All that was measured, that angle first."""
+        return [self.angle, *self.others]
 
     @property
     def margin(self) -> float:
         """Of the equivalence test, deg."""
         return self.sd
-
-    @property
-    def measured(self) -> validation.Sample:
-        """The measured angle for the test; of a single reading, a known number.
-
-        Of readings whose scatter is known from few rows, as many readings as that scatter has degrees of freedom and one
-        more, with the same standard error.
-        """
-        if self.n == 1:
-            return validation.Sample(self.target)
-        return validation.Sample(self.target, self.sd * ((self.freedom + 1) / self.n) ** 0.5, self.freedom + 1)
-
-    def attainable(self, level: float) -> bool:
-        """Whether enough heaps could show equivalence at a level: the measured mean itself is known well enough."""
-        return self.n == 1 or stdtrit(self.freedom, 1 - level) * self.sd / self.n**0.5 < self.margin
 
     @property
     def record(self) -> dict[str, Any]:
@@ -98,6 +125,7 @@ class Plan:
                     "target_deg": self.target,
                     "sd_deg": self.sd,
                     "n": self.n,
+                    "others": {one.observable: [one.value, one.sd, one.n] for one in self.others},
                 },
             }
         )
@@ -118,14 +146,16 @@ class Plan:
 
 
 def with_conditions(record: Mapping[str, Any]) -> dict[str, Any]:
-    """A record of a plan with the conditions that were numbers of the rig before (`ONCE_FIXED`), where it lacks them.
+    """A record of a plan with what records did not have before: other readings, and the conditions of `ONCE_FIXED`.
 
-    A record of release 0.1 names no protocol, and stays as it is: its heaps were made by another one than the default.
+    A record of release 0.1 names no protocol, and keeps its conditions: its heaps were made by another one than the default.
     """
-    plan = record.get("plan") or {}
-    if "protocol" not in plan.get("conditions", {}):
+    if not (plan := record.get("plan")):
         return dict(record)
-    return {**record, "plan": {**plan, "conditions": ONCE_FIXED | plan["conditions"]}}
+    conditions = plan.get("conditions", {})
+    if "protocol" in conditions:
+        conditions = ONCE_FIXED | conditions
+    return {**record, "plan": {"others": {}} | plan | {"conditions": conditions}}
 
 
 def differences(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:

@@ -16,7 +16,7 @@ from pellet_study.powder.chain import Chain
 from pellet_study.powder.decisions import STAGES, Climb, Optimum, PathSetting, Surface
 from pellet_study.powder.plan import NAMES, RIG, Plan
 from pellet_study.powder.results import Results
-from pellet_study.powder.text import levels, summary
+from pellet_study.powder.text import joint_lines, levels, summary
 from pellet_study.rigs import on_yade
 from yade_scripts import heap
 
@@ -102,6 +102,8 @@ def drawn(chain: Chain) -> dict[str, dict[str, "Figure"]]:
     if target := chain.targeted:
         found["optimum"] = {"surface": figures.surface_contours(target.surface, target, "deg")}
         found["surface"] = {"predicted_observed": figures.predicted_observed(target.surface, "deg")}
+    if identified := chain.identified:
+        found["optimum"]["corner"] = powder_figures.corner(identified.all, identified.first, results.plan.observable)
     return found
 
 
@@ -126,6 +128,8 @@ def text_of(results: Results) -> str:
     ]
     lines += stage_lines(results)
     lines += plan.remarks
+    if results.done("optimum") and (joint := results.decision("optimum").joint):
+        lines += joint_lines(joint)
     lines += [f"{name} ({NAMES[name]}): {why}" for name, why in plan.idle.items()]
     if results.done("screening"):
         lines += effects_lines(pd.read_csv(opening.stream(results.folder / "screening" / "effects.csv")))
@@ -170,13 +174,14 @@ def readings_lines(readings: pd.DataFrame) -> list[str]:
     """The effects by each reading of the same heaps, a line a reading."""
     lines = [
         "",
-        "the same heaps by each reading: effects and their standard error, scatter of heaps at one point, deg:",
+        "the same heaps by each reading, in its unit: effects and their standard error, scatter of heaps at one point:",
     ]
     for reading, rows in readings.groupby("reading", sort=False):
-        effects = "  ".join(f"{row.factor} {row.effect_deg:+.2f}" for row in rows.itertuples())
         first = rows.iloc[0]
-        scatter = "" if pd.isna(first["scatter_deg"]) else f", scatter {first['scatter_deg']:.2f}"
-        lines.append(f"  {reading:20s} {effects}  +- {rows['standard_error_deg'].max():.2f}{scatter}")
+        digits = 2 if rows["standard_error_deg"].max() > 0.1 else 4
+        effects = "  ".join(f"{row.factor} {row.effect_deg:+.{digits}f}" for row in rows.itertuples())
+        scatter = "" if pd.isna(first["scatter_deg"]) else f", scatter {first['scatter_deg']:.{digits}f}"
+        lines.append(f"  {reading:24s} {effects}  +- {rows['standard_error_deg'].max():.{digits}f}{scatter}")
     return lines
 
 

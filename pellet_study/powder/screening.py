@@ -3,11 +3,13 @@
 import pandas as pd
 
 from pellet_study.doe import plackett_burman, screening_designs
+from pellet_study.errors import SimulationError
 from pellet_study.powder.decisions import Screening
 from pellet_study.powder.heaps import Heaps, lost_of, point_at, repeated
-from pellet_study.powder.plan import Plan
+from pellet_study.powder.plan import RIG, Plan
 from pellet_study.powder.results import Results
 from pellet_study.powder.tables import effects_table, errors_of, readings_table, scatter, table_of
+from pellet_study.rigs import on_yade
 
 GO_ON = 3  # factors, as in the source paper
 
@@ -22,6 +24,7 @@ def screen(heaps: Heaps, results: Results) -> tuple[Screening, plackett_burman.S
     results.write_table("screening", "runs", runs)
     terms = 1 + len(factors) + (sizes.centre_points > 0)  # mean, factors, curvature
     good = heaps.good(runs, "screening", terms + 1)  # one more, or nothing tells their scatter
+    refuse_unread(good, heaps.plan)
     found = plackett_burman.analyse(table_of(good, factors), interactions=False)
     errors = {name: 2 * error for name, error in errors_of(found.model).items() if name in found.effects}
     results.write_table("screening", "effects", effects_table(heaps.plan, found, errors))
@@ -39,6 +42,21 @@ def screen(heaps: Heaps, results: Results) -> tuple[Screening, plackett_burman.S
     )
     results.write_decision("screening", decision)
     return decision, found
+
+
+def refuse_unread(good: pd.DataFrame, plan: Plan) -> None:
+    """A reading that was measured and that no heap has cannot be met.
+
+    Raises
+    ------
+    SimulationError : names it, with what it is
+    """
+    for one in plan.others:
+        if good[one.observable].isna().all():
+            raise SimulationError(
+                f"{one.observable} was measured, but none of the {len(good)} heaps has it "
+                f"({on_yade.rig(RIG).observables[one.observable]}); take its row out of the measurements"
+            )
 
 
 def largest(found: plackett_burman.Screening, plan: Plan) -> list[str]:

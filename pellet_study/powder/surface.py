@@ -7,15 +7,18 @@ import pandas as pd
 
 from pellet_study.doe import box_behnken, optimum
 from pellet_study.doe.factors import Factor
+from pellet_study.doe.intervals import interval
 from pellet_study.files import opening
 from pellet_study.powder.box import MOVES, moved
 from pellet_study.powder.decisions import Climb, Optimum, Surface
 from pellet_study.powder.heaps import SEEDS_A_TRY, Heaps, lost_of, point_at, repeated
+from pellet_study.powder.identified import Identified, identify
 from pellet_study.powder.plan import RIG, SYMBOLS, Plan, bond
 from pellet_study.powder.results import Results
 from pellet_study.powder.tables import coefficients_table, surface_of, table_of
 from pellet_study.rigs import on_yade
 
+RULE = "nearest to the middle of the box among the settings that agree best with all readings"
 LEAST_HEAPS = 12  # that must have given an angle; the surface has ten terms
 
 
@@ -114,19 +117,27 @@ def refitted(results: Results) -> box_behnken.Surface:
     return surface_of(runs, decision, {f.name: f.unit for f in results.plan.factors})
 
 
-def meet_target(plan: Plan, results: Results) -> tuple[Optimum, optimum.TargetSet]:
-    """The settings of the surface's box that meet the target, and the one recommended among them, else the nearest."""
+def meet_target(plan: Plan, results: Results) -> tuple[Optimum, optimum.TargetSet, Identified]:
+    """The settings of the surface's box that meet the target, and the one recommended among them, else the nearest.
+
+    Where more than the angle was measured, the one recommended is the setting that agrees best with all readings.
+    """
     fitted = refitted(results)
     target = optimum.target_set(fitted, plan.target, plan.sd)
-    point = {f.name: f.centre for f in plan.factors} | target.physical
+    found = identify(plan, results)
+    physical, prediction, rule = target.physical, target.prediction, target.rule_in_words
+    if plan.others:
+        physical = {f.name: float(f.physical(x)) for f, x in zip(found.all.factors, found.all.recommended, strict=True)}
+        prediction, rule = interval(fitted.model, found.all.recommended), RULE
+    point = {f.name: f.centre for f in plan.factors} | physical
     decision = Optimum(
         point=point,
-        factors=list(target.physical),
+        factors=list(physical),
         outside=plan.outside(point),
-        predicted_deg=target.prediction.predicted,
-        prediction_standard_error_deg=target.prediction.standard_error,
+        predicted_deg=prediction.predicted,
+        prediction_standard_error_deg=prediction.standard_error,
         reachable=bool(target.reachable),
-        rule=target.rule_in_words,
+        rule=rule,
         fraction_of_box=target.fraction,
         lowest=target.lowest,
         highest=target.highest,
@@ -134,6 +145,7 @@ def meet_target(plan: Plan, results: Results) -> tuple[Optimum, optimum.TargetSe
         extents={e.name: list(e.physical) for e in target.extents},
         bond_number=bond(plan, point["G"]),
         box={f.name: [f.low, f.high] for f in fitted.table.factors},
+        joint=found.joint,
     )
     results.write_decision("optimum", decision)
-    return decision, target
+    return decision, target, found

@@ -4,7 +4,8 @@ from collections.abc import Mapping
 
 import numpy as np
 
-from pellet_study.powder.decisions import Climb, Decision, Optimum, Screening, Surface, Validation
+from pellet_study.output.words import number, probability
+from pellet_study.powder.decisions import Climb, Decision, Joint, Known, Optimum, Screening, Surface, Validation
 from pellet_study.powder.heaps import FULL
 
 
@@ -43,6 +44,8 @@ def _surface(decision: Surface) -> str:
 def _optimum(decision: Optimum) -> str:
     setting = levels(decision.point, decision.factors, decision.outside)
     would = f"{setting}; Bond number {decision.bond_number:.2f}"
+    if decision.joint is not None and len(decision.joint.readings) > 1:
+        return would + f"; of those that agree best with all readings{contradiction(decision.joint)}"
     if decision.reachable:
         return f"{would}; {100 * decision.fraction_of_box:.0f} % of the box would do"
     return (
@@ -63,6 +66,11 @@ def _validation(decision: Validation) -> str:
         f"{decision.measured_deg:g}: {error} (95 % {low:+.2f} to {high:+.2f} %); "
         f"{'equivalent' if decision.equivalent else 'not shown equivalent'} within {decision.margin_deg:g} deg"
     )
+    for one in decision.others:
+        words += (
+            f"; {one.observable} {number(one.mean)} +- {number(one.standard_error, 2)}, measured {number(one.measured)}: "
+            f"{'equivalent' if one.equivalent else 'not shown equivalent'} within {number(one.margin, 2)}"
+        )
     if len(attempts) > 1:
         gone = sum(one.lost for one in attempts)
         setting = levels(decision.point, decision.factors, decision.outside)
@@ -108,3 +116,65 @@ def curvature(decision: Screening) -> str:
         f"; curvature (centre points minus the others) {decision.curvature_deg:+.2f} +- "
         f"{or_unknown(decision.curvature_standard_error_deg, '.2f')} deg"
     )
+
+
+CONTRADICTED = 0.01  # p of the readings' distance from the surfaces below which they contradict each other
+SHOWN = 3  # further readings
+
+
+def contradiction(joint: Joint) -> str:
+    """ "; but ..." where readings cannot be had, or not together; else ""."""
+    words = [
+        f"{one.observable} {number(one.measured)} cannot be had in the box, which gives {number(one.lowest)} to {number(one.highest)}"
+        for one in joint.readings
+        if one.out_of_reach
+    ]
+    if not words and joint.distance_p < CONTRADICTED:
+        without = f"; without {joint.doubtful} they agree best" if joint.doubtful else ""
+        words = [f"the readings contradict each other in the box (p {probability(joint.distance_p)}){without}"]
+    return f"; but {'; '.join(words)}" if words else ""
+
+
+def joint_lines(joint: Joint) -> list[str]:
+    """What the readings tell of each factor, in lines."""
+    lines = ["", f"what the readings tell, on the surfaces of {joint.heaps} heaps{contradiction(joint)}:"]
+    lines += [
+        f"  {one.observable:24s} measured {number(one.measured)} +- {number(one.standard_error, 2)}, at the setting "
+        f"{number(one.predicted)} +- {number(one.predicted_standard_error, 2)}, box {number(one.lowest)} to {number(one.highest)}"
+        for one in joint.readings
+    ]
+    lines += [f"  {known_words(one)}" for one in joint.known]
+    share = f"  the settings that hold 95 % of the posterior take {percent(joint.share_of_box)} of the box"
+    if len(joint.readings) > 1:
+        share += f"; of {joint.readings[0].observable} alone {percent(joint.share_of_box_first)}"
+    lines.append(share)
+    return [*lines, f"  {next_words(joint)}"]
+
+
+def next_words(joint: Joint) -> str:
+    """Which further readings would shrink the set most, in a sentence."""
+    would = [gain for gain in joint.gains if gain.share_of_box < joint.share_of_box][:SHOWN]
+    if not would:
+        return "No further reading of this pouring would shrink that."
+    names = [one.observable for one in joint.readings]
+    words = [
+        f"{gain.n} {'more ' if gain.observable in names else ''}{'reading' if gain.n == 1 else 'readings'} of {gain.observable} "
+        f"(sd {number(gain.sd, 2)}) {percent(gain.share_of_box)}"
+        for gain in would
+    ]
+    return f"Read next, with what would be left on average: {'; '.join(words)}."
+
+
+def known_words(one: Known) -> str:
+    """`C  0.312 to 0.367  identified: a fifth of ...`."""
+    words = f"{one.factor} {number(one.low, 3)} to {number(one.high, 3)} (95 %): {one.word}, {percent(one.share_of_range)} of its range in the box"
+    if one.at_end:
+        words += (
+            f"; it ends at the box ({', '.join(number(end) for end in one.at_end)}), beyond which nothing was simulated"
+        )
+    return words
+
+
+def percent(share: float) -> str:
+    """A share as percent, two digits."""
+    return f"{number(100 * share, 2)} %"

@@ -1,16 +1,17 @@
 """The validation: does the setting give the measured angle? New heaps, and a test of equivalence."""
 
 from collections.abc import Mapping
-from dataclasses import asdict
+from dataclasses import fields
 
 import numpy as np
 import pandas as pd
 from scipy.special import stdtrit
 
 from pellet_study.doe import margins, validation
-from pellet_study.powder.decisions import Attempt, Optimum, Validation
+from pellet_study.powder.decisions import Attempt, Checked, Optimum, Validation
 from pellet_study.powder.heaps import SEEDS_A_TRY, SEEDS_OF_READ, Heaps, lost_of, point_at
-from pellet_study.powder.plan import OBSERVABLE, Plan, bond
+from pellet_study.powder.identified import corrected_setting
+from pellet_study.powder.plan import OBSERVABLE, Plan, Reading, bond
 from pellet_study.powder.results import Results
 from pellet_study.powder.surface import refitted
 
@@ -21,8 +22,9 @@ ALPHA = 0.05  # of the equivalence test, over all settings that are validated
 def validate(heaps: Heaps, results: Results) -> Validation:
     """Heaps at the optimum with seeds nobody has used: is their mean the measured angle?
 
-    Where that is not shown, the setting is corrected along the surface's gradient by what is missing, and validated
-    anew with other seeds. Both attempts stay in the table and in the decision; the last one counts. There is no
+    Where that is not shown, the setting is corrected along the surface's gradient by what is missing (where more than the
+    angle was measured, to the setting that agrees best once the surfaces pass through these heaps), and validated anew with
+    other seeds. Both attempts stay in the table and in the decision; the last one counts. There is no
     second one where the box has nothing nearer to the target along that gradient, nor where the measured angle is known so
     badly that no heaps can show equivalence and the heaps do not differ from it.
     """
@@ -36,17 +38,18 @@ def validate(heaps: Heaps, results: Results) -> Validation:
         tables.append(runs.assign(attempt=len(attempts)))
         results.write_table("validation", "runs", pd.concat(tables, ignore_index=True))
         attempts.append(judged(heaps, results, runs, point))
-        if attempts[-1].equivalent or len(attempts) == heaps.sizes.attempts:
+        if attempts[-1].passed or len(attempts) == heaps.sizes.attempts:
             break
         if not attempts[-1].attainable and attempts[-1].p_difference > ALPHA:
             break
-        better = corrected(heaps, results, point, attempts[-1].mean_deg)
+        better = corrected(heaps, results, point, attempts[-1])
         if nothing_nearer := better is None:
             break
         point = better
     whole = (runs["verdict"] == "ok").idxmax()  # the first that gave an angle
     heaps.keep_grains(point, int(runs.loc[whole, "seed"]), results.grains)
-    decision = Validation(**asdict(attempts[-1]), attempts=attempts, nothing_nearer=nothing_nearer)
+    last = {f.name: getattr(attempts[-1], f.name) for f in fields(Attempt)}
+    decision = Validation(**last, attempts=attempts, nothing_nearer=nothing_nearer)
     results.write_decision("validation", decision)
     return decision
 
@@ -71,27 +74,41 @@ def enough_heaps(heaps: Heaps, point: Mapping[str, float], first: int) -> pd.Dat
     sizes, number = heaps.sizes, heaps.sizes.fewest
     while True:
         runs = heaps.at("validation", [point] * number, first=first)
-        good = runs.loc[runs["verdict"] == "ok", OBSERVABLE]
-        error = float(good.std(ddof=1) / np.sqrt(len(good))) if len(good) > 1 else np.inf
-        if error <= sizes.wanted_error or number >= sizes.most or hopeless(heaps.plan, good, error):
+        good = runs[runs["verdict"] == "ok"]
+        error = error_of(good[OBSERVABLE])
+        if error <= sizes.wanted_error or number >= sizes.most:
+            return runs
+        if any(hopeless(one, good[column_of(one, heaps.plan)]) for one in heaps.plan.readings):
             return runs
         more = number * (error / sizes.wanted_error) ** 2
         number = int(min(sizes.most, max(number + 1, np.ceil(more)))) if np.isfinite(more) else sizes.most
 
 
-def hopeless(plan: Plan, good: pd.Series, error: float) -> bool:
-    """Whether the 95 % interval of a mean of heaps lies outside the margin around the target."""
+def column_of(reading: Reading, plan: Plan) -> str:
+    """The column of the heaps that has a reading: the angle that steers has one of its own."""
+    return OBSERVABLE if reading.observable == plan.observable else reading.observable
+
+
+def error_of(readings: pd.Series) -> float:
+    """Standard error of the mean of the heaps that have a reading; infinite where fewer than two have."""
+    number = readings.notna().sum()
+    return float(readings.std(ddof=1) / np.sqrt(number)) if number > 1 else np.inf
+
+
+def hopeless(reading: Reading, found: pd.Series) -> bool:
+    """Whether the 95 % interval of the mean of heaps lies outside the margin around what was measured."""
+    error, number = error_of(found), found.notna().sum()
     if not np.isfinite(error):
         return False
-    return abs(float(good.mean()) - plan.target) - stdtrit(len(good) - 1, 0.975) * error > plan.margin
+    return bool(abs(float(found.mean()) - reading.value) - stdtrit(number - 1, 0.975) * error > reading.sd)
 
 
 def judged(heaps: Heaps, results: Results, runs: pd.DataFrame, point: Mapping[str, float]) -> Attempt:
-    """The mean of heaps at a setting against the measured angle."""
+    """The mean of heaps at a setting against the measured angle, and against what else was measured."""
     plan, level = heaps.plan, ALPHA / heaps.sizes.attempts
-    good = heaps.good(runs, "validation", 2)[OBSERVABLE]
-    target = plan.target
-    tested = validation.equivalence(validation.sample_of(good), plan.measured, plan.margin, alpha=level)
+    whole = heaps.good(runs, "validation", 2)
+    good, target = whole[OBSERVABLE], plan.target
+    tested = validation.equivalence(validation.sample_of(good), plan.angle.sample, plan.margin, alpha=level)
     mean, error = float(good.mean()), float(good.std(ddof=1) / np.sqrt(len(good)))
     half = float(stdtrit(len(good) - 1, 0.975) * error)
     best: Optimum = results.decision("optimum")
@@ -109,16 +126,37 @@ def judged(heaps: Heaps, results: Results, runs: pd.DataFrame, point: Mapping[st
         p_tost=tested.p,
         equivalent=tested.equivalent,
         p_difference=tested.p_difference,
-        attainable=plan.attainable(level),
+        attainable=plan.angle.attainable(level),
         point=dict(point),
         factors=best.factors,
         outside=plan.outside(point),
         bond_number=bond(plan, point["G"]),
+        others=[checked(one, whole[one.observable], level) for one in plan.others],
     )
 
 
-def corrected(heaps: Heaps, results: Results, point: Mapping[str, float], mean: float) -> dict[str, float] | None:
-    """The setting moved along the surface's gradient by what its heaps miss; None where the box leaves no way."""
+def checked(reading: Reading, found: pd.Series, level: float) -> Checked:
+    """The mean of heaps against another reading that was measured, within its own standard deviation."""
+    tested = validation.equivalence(validation.sample_of(found.dropna()), reading.sample, reading.sd, alpha=level)
+    return Checked(
+        observable=reading.observable,
+        mean=float(found.mean()),
+        standard_error=error_of(found),
+        measured=reading.value,
+        margin=reading.sd,
+        p_tost=tested.p,
+        equivalent=tested.equivalent,
+        attainable=reading.attainable(level),
+    )
+
+
+def corrected(heaps: Heaps, results: Results, point: Mapping[str, float], attempt: Attempt) -> dict[str, float] | None:
+    """The setting moved by what its heaps miss; None where the box leaves no way."""
+    if heaps.plan.others:
+        heaps.say("  validation: not all readings are shown to be met; the setting is corrected and validated anew")
+        means = [attempt.mean_deg, *(one.mean for one in attempt.others)]
+        return {**point, **corrected_setting(heaps.plan, results, point, means)}
+    mean = attempt.mean_deg
     fitted = refitted(results)
     factors = fitted.table.factors
     coded = np.array([f.coded(point[f.name]) for f in factors])

@@ -21,10 +21,11 @@ from pellet_study.powder.decisions import (
     decided,
     read_decision,
 )
-from pellet_study.powder.figures import climb, heaps
-from pellet_study.powder.plan import NAMES, OBSERVABLE, READINGS, RIG, SYMBOLS, differences
+from pellet_study.powder.figures import climb, corner, heaps
+from pellet_study.powder.identified import heaps_in, posteriors
+from pellet_study.powder.plan import ANGLES, NAMES, OBSERVABLE, RIG, SYMBOLS, Reading, differences
 from pellet_study.powder.tables import errors_of, surface_of, table_of
-from pellet_study.powder.text import curvature, levels, or_unknown, selection
+from pellet_study.powder.text import contradiction, curvature, levels, next_words, or_unknown, percent, selection
 from pellet_study.report.parts import Stage, Table, picture, table
 from pellet_study.study.study import Study
 
@@ -33,10 +34,11 @@ Measured = tuple[float, float | None] | None  # the angle and its standard devia
 
 
 def measured_angle(study: Study) -> Measured:
-    """The mean of the study's repose angles and the root of their mean variance (deg), None where none was measured."""
-    angles = [row for row in study.rows if row.rig == RIG and row.observable in READINGS and row.split == "fit"]
+    """The mean of the study's repose angles (those read as the first is) and the root of their mean variance (deg), None where none was measured."""
+    angles = [row for row in study.rows if row.rig == RIG and row.observable in ANGLES and row.split == "fit"]
     if not angles:
         return None
+    angles = [row for row in angles if row.observable == angles[0].observable]
     value = sum(row.n * row.value for row in angles) / sum(row.n for row in angles)
     sds = [row.sd for row in angles if row.sd is not None]
     return value, (sum(sd**2 for sd in sds) / len(sds)) ** 0.5 if sds else None
@@ -61,6 +63,8 @@ def powder_stages(folder: Path, measured: Measured) -> list[Stage]:
         try:
             plan = decided(folder, stage).get("plan")
             part = part_of(folder, (plan["target_deg"], plan["sd_deg"]) if plan else measured)
+            if part is None:
+                continue
             first = first or plan
             other = differences(plan, first) if plan and first else []
             if plan and measured and not other and not isclose(plan["target_deg"], measured[0]):
@@ -217,6 +221,66 @@ def _meets(folder: Path, target: optimum.TargetSet, angle: float) -> str:
     )
 
 
+def _optimum(folder: Path, measured: Measured) -> Stage | None:
+    """What the readings tell of the factors; None where an older version decided."""
+    decision: Optimum = read_decision(folder, "optimum")
+    joint = decision.joint
+    if joint is None:
+        return None
+    several = len(joint.readings) > 1
+    names = [one.observable for one in joint.readings]
+    words = [
+        f"On the surfaces of {joint.heaps} heaps the settings that hold 95 % of the posterior take {percent(joint.share_of_box)} of "
+        f"the box"
+        + (f"; of {names[0]} alone {percent(joint.share_of_box_first)}." if several else f" ({names[0]} alone).")
+        + f" {next_words(joint)}"
+    ]
+    if against := contradiction(joint):
+        words.insert(0, against.removeprefix("; but ").capitalize() + ".")
+    rows = [
+        [
+            k.factor,
+            f"{NAMES[k.factor]} ({UNITS.get(k.factor, '-')})",
+            f"{number(k.low, 3)} to {number(k.high, 3)}",
+            percent(k.share_of_range),
+            k.word + (", ends at the box" if k.at_end else ""),
+        ]
+        for k in joint.known
+    ]
+    told = [
+        [
+            one.observable,
+            number(one.measured),
+            number(one.standard_error, 2),
+            f"{number(one.predicted)} ± {number(one.predicted_standard_error, 2)}",
+            f"{number(one.lowest)} to {number(one.highest)}",
+        ]
+        for one in joint.readings
+    ]
+    pictures = []
+    if (folder / "surface" / "runs.csv").exists():
+        runs, factors = heaps_in(folder, read_decision(folder, "surface"), names[0], UNITS)
+        readings = [Reading(one.observable, one.measured, one.sd, one.n, one.freedom) for one in joint.readings]
+        found, first = posteriors(runs, factors, readings)
+        pictures = [
+            picture(
+                corner(found, first, names[0]),
+                "what the readings tell of each pair of factors",
+                "Regions that hold 95 % of the posterior; star: the setting recommended.",
+            )
+        ]
+    return Stage(
+        kind="optimum",
+        heading="Powder: what the readings tell of the parameters",
+        words=words,
+        pictures=pictures,
+        tables=[
+            table(["symbol", "factor", "95 % interval", "of its range", ""], rows, range(2, 4)),
+            table(["reading", "measured", "standard error", "at the setting", "in the box"], told, range(1, 5)),
+        ],
+    )
+
+
 def _coefficients(found: box_behnken.Surface) -> Table:
     """The terms of a surface with their standard errors."""
     rows = [
@@ -263,4 +327,6 @@ def _validation(folder: Path, measured: Measured) -> Stage:
     )
 
 
-SHOWN = {"screening": _screening, "climb": _climb, "surface": _surface, "validation": _validation}
+SHOWN = {
+    "screening": _screening, "climb": _climb, "surface": _surface, "optimum": _optimum, "validation": _validation,
+}  # fmt: skip

@@ -64,6 +64,8 @@ class Formula:
                     "repose_triangle_deg": None if lost else angle,
                     "repose_moment_deg": None if lost else 10 + angle / 2,
                     "repose_height_deg": None if lost else angle + 5,
+                    "discharge_time_s": None,
+                    "fill_bulk_density_kg_m3": None,
                     "direction_error_deg": None if lost else 0.3,
                     "bond_number": 3.7,
                     "status": "jammed: 400 of 1503 grains came out" if lost else "ok",

@@ -122,10 +122,10 @@ def test_means_of_several_readings_without_sd_give_that_of_a_reading(plan):
     found = plan("", rows("40,,5", "42,,5"))
     assert (found.target, found.n) == (41.0, 10)
     assert found.sd == pytest.approx(10**0.5)
-    assert found.measured.sd / found.measured.n**0.5 == pytest.approx(1.0)
-    assert found.measured.n - 1 == 1  # degrees of freedom: two rows
+    assert found.angle.sample.sd / found.angle.sample.n**0.5 == pytest.approx(1.0)
+    assert found.angle.sample.n - 1 == 1  # degrees of freedom: two rows
     single = plan("", rows("40,,", "42,,", "44,,"))
-    assert (single.sd, single.measured.sd, single.measured.n) == pytest.approx((2.0, 2.0, 3))
+    assert (single.sd, single.angle.sample.sd, single.angle.sample.n) == pytest.approx((2.0, 2.0, 3))
     assert single.remarks == ()
     with pytest.raises(InputError, match="all equal"):
         plan("", rows("40,,", "40,,"))
@@ -193,10 +193,9 @@ def test_the_reading_is_the_one_that_was_measured(plan):
     flank = plan("", ANGLE.replace("repose_angle_deg", "repose_flank_deg"))
     assert (flank.observable, flank.target) == ("repose_flank_deg", 41.69)
     assert plan("", ANGLE).observable == "repose_angle_deg"
-    with pytest.raises(
-        InputError, match="one reading of the heap, but the rows have repose_angle_deg, repose_flank_deg"
-    ):
-        plan("", ANGLE + "repose,repose_flank_deg,41.69,0.79\n")
+    both = plan("", ANGLE + "repose,repose_flank_deg,43.1,0.9\n")
+    assert (both.observable, both.target) == ("repose_angle_deg", 41.69)  # the first angle steers
+    assert [(one.observable, one.value, one.sd) for one in both.others] == [("repose_flank_deg", 43.1, 0.9)]
 
 
 def test_a_record_without_the_conditions_that_were_fixed_is_of_the_same_plan_and_one_of_release_0_1_is_not(tmp_path):
