@@ -102,21 +102,24 @@ def widened(cells: CellMeans, variance: np.ndarray) -> CellMeans:
     sd = np.sqrt(cells.sd**2 + variance)
     if cells.whiten.ndim == 1:
         return replace(cells, sd=sd, whiten=cells.whiten * cells.sd / sd)
-    together = np.linalg.inv(cells.whiten.T @ cells.whiten) + np.diag(variance)
+    more = np.diag(variance) if cells.alike is None else cells.alike * np.sqrt(np.outer(variance, variance))
+    together = np.linalg.inv(cells.whiten.T @ cells.whiten) + more
     return replace(cells, sd=sd, whiten=np.linalg.inv(np.linalg.cholesky(together)))
 
 
 def with_own_noise(state: CalibratedStudy, fitted: Fit) -> tuple[CalibratedStudy, Fit]:
     """A state and a rival's fit with the variance that the rival's predictions have beyond the present model's."""
-    if not state.model.scatters or state.cells.whiten.ndim > 1:
+    if not state.model.scatters:
         return state, fitted
     both = state.model.predict(np.array([state.fit.point, fitted.point])).variance[:, state.cells.case]
     cells = widened(state.cells, np.maximum(both[1] - both[0], 0.0))
-    ratio = state.cells.sd / cells.sd
-    residual = fitted.residual * ratio
-    noisy = replace(
-        fitted, residual=residual, jacobian=fitted.jacobian * ratio[:, None], chi2=float((residual**2).sum())
-    )
+    if cells.whiten.ndim == 1:
+        ratio = state.cells.sd / cells.sd
+        residual, jacobian = fitted.residual * ratio, fitted.jacobian * ratio[:, None]
+    else:
+        again = cells.whiten @ np.linalg.inv(state.cells.whiten)
+        residual, jacobian = again @ fitted.residual, again @ fitted.jacobian
+    noisy = replace(fitted, residual=residual, jacobian=jacobian, chi2=float((residual**2).sum()))
     return replace(state, cells=cells), noisy
 
 
@@ -151,4 +154,5 @@ def part_of(cells: CellMeans, kept: np.ndarray) -> CellMeans:
         mean=cells.mean[kept],
         sd=cells.sd[kept],
         whiten=whiten,
+        alike=None if cells.alike is None else cells.alike[np.ix_(kept, kept)],
     )

@@ -6,20 +6,22 @@ import numpy as np
 from scipy import special
 
 from pellet_study.criticism.calibration import CalibratedStudy, covariance, part_of
-from pellet_study.criticism.cell_means import shared_setups
+from pellet_study.criticism.cell_means import alike_of, shared_setups
 from pellet_study.criticism.least_squares import fit, problem_of
 from pellet_study.criticism.residuals import RowResidual, identified_directions, misfit_unit, slopes_at
 from pellet_study.model.model import key
 from pellet_study.study.measurements import Measurement
 
 MOST_LEVELS = 30  # fits of a condition
+ALONE = 0.01  # share of the variance of readings of one experiment that none shares
 LEAST_SHARE = 1e-12  # of a row's variance that is its own beside a set-up's: what is left of it after rounding
 
 
 def holdout_p(state: CalibratedStudy, rows: Sequence[RowResidual]) -> float | None:
     """p of e' C^-1 e over the rows held out, C of their readings, their predictions and the calibrated constants.
 
-    The constants' covariance is widened by the misfit of the rows fitted; rows of one set-up share its error. F with the
+    The constants' covariance is widened by the misfit of the rows fitted; rows of one set-up share its error, and readings of one
+    simulated experiment scatter together. F with the
     degrees of freedom of the readings' scatter. None without such rows, without their scatter, or where they depend on a
     constant that the rows fitted do not tell.
     """
@@ -32,7 +34,7 @@ def holdout_p(state: CalibratedStudy, rows: Sequence[RowResidual]) -> float | No
     if np.abs(steps - steps @ told.T @ told).max(initial=0.0) > 1e-6 * np.abs(steps).max(initial=0.0):
         return None
     error = np.array([r.residual for r in held])
-    own, shared = _variance_of(held)
+    own, shared = _variance_of(state, held, np.array([place[key(r.row)] for r in held]))
     value, axes = np.linalg.eigh(misfit_unit(state) * covariance(state.fit))
     by_constants = slopes.T @ (axes * np.sqrt(np.maximum(value, 0.0)))
     squares = distance(error, own, np.hstack([shared, by_constants]))
@@ -55,14 +57,21 @@ def distance(error: np.ndarray, own: np.ndarray, shared: np.ndarray) -> float:
     return float(across @ across + (parts**2 / (1 + spread**2)).sum())
 
 
-def _variance_of(held: Sequence[RowResidual]) -> tuple[np.ndarray, np.ndarray]:
-    """Variance of rows by themselves (n,), and the standard deviation (n, set-ups) that those of one set-up share."""
+def _variance_of(
+    state: CalibratedStudy, held: Sequence[RowResidual], case: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Variance of rows by themselves (n,), and the standard deviations (n, k) that rows share: set-ups, simulated experiments."""
     own = np.array([r.uncertainty**2 for r in held if r.uncertainty])
     several = shared_setups([r.row for r in held])
     shared = np.zeros((len(held), len(several)))
     for column, rows in enumerate(several):
         shared[rows, column] = [held[k].row.setup_sd for k in rows]
-    return np.maximum(own - np.square(shared).sum(axis=1), LEAST_SHARE * own), shared
+    left = np.maximum(own - np.square(shared).sum(axis=1), LEAST_SHARE * own)
+    alike = None if len(set(case)) < len(case) else alike_of(state.model, [[r.row] for r in held], case)
+    if alike is None:  # rows that repeat each other do not say which of them are of one experiment
+        return left, shared
+    together = np.sqrt(left * (1 - ALONE))[:, None] * np.linalg.cholesky(alike)
+    return ALONE * left, np.hstack([shared, together])
 
 
 def _grouped(levels: Sequence) -> list[dict]:

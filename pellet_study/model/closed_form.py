@@ -32,6 +32,10 @@ class ClosedForm:
         """No scatter, known with no degrees of freedom."""
         return [(np.zeros(1), np.zeros(1)) for _ in requests]
 
+    def alike(self, rig: str, one: str, other: str) -> float:
+        """A formula does not scatter."""
+        return 0.0
+
     def _means(self, request: Request) -> np.ndarray:
         """Means of a request; points with the same effects present are answered together, without the others."""
         predict, effects = (

@@ -33,7 +33,8 @@ class Engine(Protocol):
     values of a condition at which it can bear to be asked what the next measurement would show. `predict` gets all
     requests of a batch together and returns for each the means and the variances of these means, (m, k) arrays;
     `directly` does so for one point without interpolating between simulations; `spread` tells how far one simulation there
-    scatters in relation to the mean, and with how many degrees of freedom that is known.
+    scatters in relation to the mean, and with how many degrees of freedom that is known; `alike` the correlation of two
+    observables of one simulation from seed to seed, 0 where nothing tells it.
     `simulates` says that its answers come from simulations, whose means scatter; `failed` is what could not be simulated,
     a case or (case, effect), and why; `warnings` is what its user must know.
     """
@@ -58,3 +59,5 @@ class Engine(Protocol):
     def directly(self, requests: Sequence[Request]) -> list[tuple[np.ndarray, np.ndarray]]: ...
 
     def spread(self, requests: Sequence[Request]) -> list[tuple[np.ndarray, np.ndarray]]: ...
+
+    def alike(self, rig: str, one: str, other: str) -> float: ...

@@ -6,7 +6,7 @@ into means and variances; the closed-form engine is here, one on YADE has the sa
 """
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from typing import Any
@@ -147,6 +147,12 @@ class Model:
         """Relative standard deviation of one simulation of each case at one point, and its degrees of freedom, 0 where unknown."""
         found = self._asked(np.atleast_2d(point), lambda engine, requests: engine.spread(requests))
         return found.mean[0], found.variance[0]
+
+    def alike(self, one: Case, other: Case) -> float:
+        """Correlation of two readings of one simulation from seed to seed; 0 where they are not of one. Predictions come first."""
+        if one.observable == other.observable or replace(one, observable="") != replace(other, observable=""):
+            return 0.0
+        return self.engines[one.rig].alike(one.rig, one.observable, other.observable)
 
     def _asked(self, points: np.ndarray, ask: Callable) -> Prediction:
         present = {

@@ -10,6 +10,7 @@ is simulated.
 """
 
 from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -25,6 +26,7 @@ from pellet_study.output.words import number
 from pellet_study.study.study import Study
 
 MOST_LOST = 0.5  # share of a case's simulations that may fail
+MOST_ALIKE = 0.95  # correlation of two readings that are not the same one
 OfEffect = tuple[Site, str]
 Answer = list[tuple[np.ndarray, np.ndarray]]
 
@@ -53,6 +55,7 @@ class Surrogate:
         self.warnings: list[str] = []
         self.failed: dict[Site | OfEffect, str] = {}
         self._ready: set[tuple] = set()
+        self._left: dict[Site, np.ndarray] = {}  # of each base surface's points: their mean over the surface's, less 1
 
     @property
     def simulated(self) -> int:
@@ -91,6 +94,23 @@ class Surrogate:
         blocks = [self.plan.check_points(request) for request in requests]
         found = iter(self.means.of([p for of in blocks for of_site in of for p in of_site], needed=False))
         return [_spreads([[next(found) for _ in of_site] for of_site in of]) for of in blocks]
+
+    def alike(self, rig: str, one: str, other: str) -> float:
+        """Correlation of two observables of the same simulations about their base surfaces, over all conditions; predict comes first.
+
+        0 in a paired rig, whose observables are simulated with seeds of their own.
+        """
+        both = []
+        for site, left in self._left.items():
+            partner = self._left.get(replace(site, observable=other))
+            if (site.rig, site.observable) == (rig, one) and partner is not None and not self.plan.paired(site):
+                both.append(np.column_stack([left, partner]))
+        if not both:
+            return 0.0
+        left = np.vstack(both)
+        a, b = left[np.isfinite(left).all(axis=1)].T
+        size = np.sqrt(np.square(a).sum() * np.square(b).sum())
+        return float(np.clip(a @ b / size, -MOST_ALIKE, MOST_ALIKE)) if size else 0.0
 
     def more(self, rig: str) -> None:
         """Take as many points of a rig again from now on as its surfaces had at first; those known are not simulated again."""
@@ -160,7 +180,10 @@ class Surrogate:
         if lost:
             self.failed[site] = f"{lost}; change the ranges in study.toml, or leave this row out"
             return unknown(terms.shape[1])
-        return LogSurface.fitted(terms, means[kept])
+        surface = LogSurface.fitted(terms, means[kept])
+        self._left[site] = np.full(len(means), np.nan)
+        self._left[site][kept] = means[kept] * np.exp(-terms @ surface.coefficients) - 1
+        return surface
 
     def _fit_effects(self, plans: Mapping[OfEffect, Sequence[Point]], results: Mapping[Point, Mean]) -> None:
         """Surfaces of effects, of one effect together at all sites of a rig that have the same factors.
