@@ -116,6 +116,7 @@ PLAN = {
     "plan.fixed": "{parameter: value} of study.toml",
     "plan.conditions": "{condition: value} of the heaps",
     "plan.numerics": "{setting: value} of the heaps",
+    "plan.observable": "which angle was measured",
     "plan.target_deg": "the measured angle",
     "plan.sd_deg": "of one reading of it",
     "plan.n": "readings in it",

@@ -32,7 +32,7 @@ are present, and other parameters with min and max, are refused.
 
 Stages: screening (Plackett-Burman), climb, surface (Box-Behnken), optimum, validation. Each leaves design, runs, analysis
 and decision in STUDY/STAGE; runs.csv has a row a heap. Finished heaps are kept in STUDY/.store: called again, nothing is
-simulated twice. --until stops after a stage; --only does one stage again with the decisions that stand in the files. A
+simulated twice. --surface takes another powder's surface, so that only the validation is simulated. --until stops after a stage; --only does one stage again with the decisions that stand in the files. A
 decision is used only for what it was made for: after a change of study.toml or of the measured angle do the whole chain
 again. --repeats is kept in the folder of the results and holds there until another is given. The two contact laws need a
 --results folder each.
@@ -77,6 +77,13 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
         type=Path,
         help="screening and a small validation; the other stages read from FOLDER",
     )
+    parser.add_argument(
+        "--surface",
+        metavar="FOLDER",
+        type=Path,
+        help="screening, climb and surface read from FOLDER, the results of a chain of another powder measured under the same "
+        "conditions, with the same ranges and law; optimum and validation are done",
+    )
 
 
 def run(arguments: argparse.Namespace) -> dict:
@@ -95,7 +102,7 @@ def _run(arguments: argparse.Namespace) -> dict:
     _make(folder)
     assumed = _say_ranges(arguments, study, plan)
     heaps = _heaps(arguments, plan, folder)
-    results = Results(plan, folder, arguments.quick)
+    results = Results(plan, folder, arguments.surface or arguments.quick, any_target=arguments.surface is not None)
     if arguments.few:
         setting = few_heaps.calibrate(heaps, results)
         say(report.write_path(results, setting))
@@ -126,6 +133,14 @@ def _check(arguments: argparse.Namespace, folder: Path) -> None:
     """
     if arguments.few and (arguments.until or arguments.only or arguments.quick or arguments.repeats):
         raise InputError("--few has no stages: leave --until, --only, --quick and --repeats away")
+    if arguments.surface and (arguments.few or arguments.quick or arguments.repeats):
+        raise InputError("--surface has the heaps of another chain: leave --few, --quick and --repeats away")
+    if arguments.surface and arguments.surface.resolve() == folder.resolve():
+        raise InputError(f"--surface {arguments.surface}: is where the results go; name the folder of another chain")
+    if arguments.surface and not (arguments.surface / "surface" / "decision.json").exists():
+        raise InputError(f"--surface {arguments.surface}: expected the results of a chain that was run to the surface")
+    if arguments.surface and (arguments.only or arguments.until) in ("screening", "climb", "surface"):
+        raise InputError("--surface reads screening, climb and surface: only optimum and validation are done with it")
     if arguments.until and arguments.only:
         raise InputError("--until and --only exclude each other: give one")
     if arguments.quick and arguments.until:
@@ -146,6 +161,8 @@ def _stages(arguments: argparse.Namespace) -> tuple[str, ...]:
         return (arguments.only,)
     if arguments.quick:
         return ("screening", "validation")
+    if arguments.surface:
+        return ("optimum",) if arguments.until == "optimum" else ("optimum", "validation")
     return STAGES[: STAGES.index(arguments.until) + 1] if arguments.until else STAGES
 
 

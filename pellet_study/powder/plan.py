@@ -35,6 +35,7 @@ NAMES = {
     "F": "rolling friction powder-steel",
     "G": "surface energy",
 }
+MEASURED = ("target_deg", "sd_deg", "n", "others")  # keys of a plan's record
 ONCE_FIXED = {"outlet_diameter_mm": 24.0, "lift_speed_mm_s": 30.0}  # conditions since 28 November 2026
 DEFAULT_LAW = laws.COHESIVE_FRICTIONAL
 IDLE = {laws.LOCAL_DAMPING: {"A": "the law has no restitution; A is an idle column, its effect an estimate of noise"}}
@@ -122,6 +123,7 @@ class Plan:
                     "fixed": self.fixed,
                     "conditions": self.conditions,
                     "numerics": self.numerics,
+                    "observable": self.observable,
                     "target_deg": self.target,
                     "sd_deg": self.sd,
                     "n": self.n,
@@ -146,7 +148,7 @@ class Plan:
 
 
 def with_conditions(record: Mapping[str, Any]) -> dict[str, Any]:
-    """A record of a plan with what records did not have before: other readings, and the conditions of `ONCE_FIXED`.
+    """A record of a plan with what records did not have before: which angle, other readings, the conditions of `ONCE_FIXED`.
 
     A record of release 0.1 names no protocol, and keeps its conditions: its heaps were made by another one than the default.
     """
@@ -155,7 +157,12 @@ def with_conditions(record: Mapping[str, Any]) -> dict[str, Any]:
     conditions = plan.get("conditions", {})
     if "protocol" in conditions:
         conditions = ONCE_FIXED | conditions
-    return {**record, "plan": {"others": {}} | plan | {"conditions": conditions}}
+    return {**record, "plan": {"others": {}, "observable": OBSERVABLE} | plan | {"conditions": conditions}}
+
+
+def without_target(record: Mapping[str, Any]) -> dict[str, Any]:
+    """A record of a plan without what was measured: its ranges, conditions, law, and which angle steers."""
+    return {**record, "plan": {key: value for key, value in record["plan"].items() if key not in MEASURED}}
 
 
 def differences(there: Mapping[str, Any], here: Mapping[str, Any]) -> list[str]:

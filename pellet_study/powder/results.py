@@ -20,19 +20,26 @@ from pellet_study.powder.decisions import (
     read_decision,
     stages_in,
 )
-from pellet_study.powder.plan import Plan, differences, with_conditions
+from pellet_study.powder.plan import Plan, differences, with_conditions, without_target
+
+OF_A_TARGET = (
+    "optimum",
+    "validation",
+)  # stages that belong to what was measured; the surface only to ranges and conditions
 
 
 @dataclass(frozen=True)
 class Results:
     """What the chain of one plan left in a folder, a folder a stage.
 
-    `decisions_from` is the folder of another chain's results, whose decisions stand for the stages that are not done here.
+    `decisions_from` is the folder of another chain's results, whose decisions stand for the stages that are not done here;
+    with `any_target` those up to the surface, whatever was measured there.
     """
 
     plan: Plan
     folder: Path
     decisions_from: Path | None = None
+    any_target: bool = False
 
     @property
     def grains(self) -> Path:
@@ -60,7 +67,7 @@ class Results:
 
     def home(self, stage: str) -> Path | None:
         """The folder whose decision of a stage counts: this chain's, else the one it reads; None where neither has it."""
-        folders = (self.folder, self.decisions_from)
+        folders = (self.folder, None if self.any_target and stage in OF_A_TARGET else self.decisions_from)
         return next((f for f in folders if f is not None and decision_file(f, stage).exists()), None)
 
     def differs(self, folder: Path, stage: str) -> str:
@@ -68,7 +75,10 @@ class Results:
         there, here = decided(folder, stage), self.plan.record
         if "plan" not in there:
             return "it does not say what it was decided for (an older version wrote it)"
-        return "; ".join(differences(with_conditions({key: there.get(key) for key in here}), here))
+        there = with_conditions({key: there.get(key) for key in here})
+        if self.any_target and folder == self.decisions_from:
+            there, here = without_target(there), without_target(here)
+        return "; ".join(differences(there, here))
 
     def checked(self, folder: Path, stage: str) -> Any:
         """A folder's decision of a stage, made for this plan.
@@ -115,7 +125,8 @@ class Results:
                         f"folder, such as {self.folder / self.plan.contact_law}"
                     )
             if self.decisions_from is not None and decision_file(self.decisions_from, stage).exists():
-                self.checked(self.decisions_from, stage)
+                if not (self.any_target and stage in OF_A_TARGET):
+                    self.checked(self.decisions_from, stage)
         if self.margin.exists() and (declared := margins.read_margin(self.margin)) != self.plan.margin:
             raise InputError(
                 f"{self.margin}: declares the margin {declared:g} deg, not {self.plan.margin:g}: a margin is not changed after it "

@@ -65,7 +65,7 @@ def chosen(results: Results) -> dict[str, float]:
 
 
 def enough_heaps(heaps: Heaps, point: Mapping[str, float], first: int) -> pd.DataFrame:
-    """As many heaps at a setting as the wanted standard error of their mean needs.
+    """As many heaps at a setting as the wanted standard error of their mean needs, and a quarter of the margin of other readings.
 
     It stops once their scatter so far is small enough, sooner where that happens to come out small: the standard error
     is then a little too small, and so is the chance stated of passing a setting just outside the margin. It also stops
@@ -76,11 +76,14 @@ def enough_heaps(heaps: Heaps, point: Mapping[str, float], first: int) -> pd.Dat
         runs = heaps.at("validation", [point] * number, first=first)
         good = runs[runs["verdict"] == "ok"]
         error = error_of(good[OBSERVABLE])
-        if error <= sizes.wanted_error or number >= sizes.most:
+        wanted = max(
+            [error / sizes.wanted_error, *(error_of(good[o.observable]) / (o.sd / 4) for o in heaps.plan.others)]
+        )
+        if wanted <= 1 or number >= sizes.most:
             return runs
         if any(hopeless(one, good[column_of(one, heaps.plan)]) for one in heaps.plan.readings):
             return runs
-        more = number * (error / sizes.wanted_error) ** 2
+        more = number * wanted**2
         number = int(min(sizes.most, max(number + 1, np.ceil(more)))) if np.isfinite(more) else sizes.most
 
 

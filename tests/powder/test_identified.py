@@ -7,11 +7,13 @@ import numpy as np
 import pandas as pd
 import pytest
 
+from pellet_study.__main__ import main
 from pellet_study.doe import box_behnken
 from pellet_study.doe.factors import Factor
 from pellet_study.errors import InputError, SimulationError
 from pellet_study.paper.designs import screening_factors
 from pellet_study.powder import gains, identified, report, responses
+from pellet_study.powder import heaps as heaps_module
 from pellet_study.powder.chain import Chain
 from pellet_study.powder.decisions import read_decision
 from pellet_study.powder.figures import corner
@@ -208,7 +210,7 @@ def readings_at(point, time=0.0):
     return (
         "rig,observable,value,sd,n\n"
         f"repose,repose_angle_deg,{angle:.4f},0.8,20\n"
-        f"repose,discharge_time_s,{flow:.4f},0.01,20\n"
+        f"repose,discharge_time_s,{flow:.4f},0.02,20\n"
         f"repose,fill_bulk_density_kg_m3,{density:.4f},5,20\n"
     )
 
@@ -317,6 +319,33 @@ def test_the_angle_steers_wherever_it_stands_and_other_conditions_are_refused(se
     )
     with pytest.raises(InputError, match="differ in their conditions"):
         plan_of(load(several))
+
+
+def test_a_powder_is_calibrated_on_the_surface_of_another(several, tmp_path, monkeypatch, capsys):
+    heaps, results = work_of(several, Pouring(), monkeypatch)
+    Chain(heaps, results).run(["screening", "climb", "surface"])
+    other = tmp_path / "other"
+    other.mkdir()
+    (other / "study.toml").write_text('title = "other"\n')
+    readings = readings_at({"B": 0.8, "C": 0.34, "G": 0.21}).replace(",0.02,20", ",0.03,20").replace(",5,20", ",15,20")
+    (other / "measurements.csv").write_text(readings)
+    stub = Pouring()
+    monkeypatch.setattr(heaps_module, "dispatch", stub)
+    words = ["calibrate", str(other), "--surface", str(several)]
+    assert main([*words, "--until", "optimum"]) == 0
+    assert stub.asked == []
+    found = read_decision(other, "optimum").joint
+    for one in found.known:
+        assert one.low <= {"B": 0.8, "C": 0.34, "G": 0.21}[one.factor] <= one.high
+    assert "surface     (read from" in capsys.readouterr().out
+    assert main(words) == 0
+    assert read_decision(other, "validation").passed and len(stub.asked) < 250
+    assert main([*words, "--repeats", "2"]) == 2 and main([*words, "--only", "climb"]) == 2
+    assert main(["calibrate", str(several), "--surface", str(several)]) == 2
+    assert main(["calibrate", str(other), "--surface", str(tmp_path / "none")]) == 2
+    (other / "measurements.csv").write_text(readings_at(AT).replace("repose_angle_deg", "repose_flank_deg"))
+    assert main(words) == 2
+    assert "observable repose_angle_deg there, repose_flank_deg here" in capsys.readouterr().err
 
 
 def test_the_corner_figure_has_a_panel_a_pair():
