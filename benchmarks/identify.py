@@ -2,10 +2,11 @@
 
     .venv/bin/python benchmarks/identify.py [--surface results/full] [--powders 6] [--heaps 6]
 
-A powder is a setting (B, C, G) drawn in the box of the surface, the other parameters in the middle of Table 6. Its measurements are
-HEAPS pourings by our rig with seeds that no surface has, every second powder with grains three times as stiff: the mean of each
-reading, and the scatter of the pourings as its sd. They are calibrated on the surface that is there, as `calibrate --surface`
-does: by the angle alone, and by adding one reading after the other. Nothing of the powder is told but its readings.
+A powder is a setting of all seven parameters: those of the surface drawn in its box, the others in their ranges of Table 6. Its
+measurements are HEAPS pourings by our rig with seeds that no surface has, every second powder with grains three times as
+stiff: the mean of each reading, and the scatter of the pourings as its sd. They are calibrated on the surface that is there, as
+`calibrate --surface` does: by the angle alone, and by adding one reading after the other. Nothing of the powder is told but its
+readings.
 
 Writes a row a pouring to powders.csv as they come (a second call goes on where the first was stopped), a row a powder and set of
 readings to identify.csv: the share of the box in the region that holds 95 %, whether it holds the truth, each parameter's
@@ -13,17 +14,17 @@ interval; summary.csv, a row a set of readings; shrinking.png, one powder's regi
 """
 
 import argparse
+from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pandas as pd
 
 from pellet_study.doe import figures
-from pellet_study.doe.factors import Factor
 from pellet_study.powder.decisions import Surface, read_decision
 from pellet_study.powder.figures import corner
 from pellet_study.powder.from_study import plan_of
-from pellet_study.powder.identified import heaps_in, posteriors
+from pellet_study.powder.identified import SurfaceHeaps, heaps_in, posteriors
 from pellet_study.powder.plan import SYMBOLS, Plan, Reading
 from pellet_study.rigs import on_yade
 from pellet_study.simulation import dispatch
@@ -36,35 +37,37 @@ EDGE = 0.9  # of the box, in which the powders lie
 STIFFER = {"stiffness_scale": 0.003}  # of every second powder: another simulator than that of the surface
 
 
-def powders(factors: list[Factor], number: int) -> list[dict[str, float]]:
+def powders(heaps: SurfaceHeaps, number: int) -> list[dict[str, float]]:
     """{factor: level} of so many powders; more of them begin with the same ones."""
+    factors = [*heaps.factors, *heaps.others]
     drawn = [np.random.default_rng([FIRST_SEED, k]).uniform(-EDGE, EDGE, len(factors)) for k in range(number)]
     return [{f.name: float(f.physical(x)) for f, x in zip(factors, one, strict=True)} for one in drawn]
 
 
-def cases(plan: Plan, powder: dict[str, float], number: int, heaps: int) -> list[dict]:
+def cases(plan: Plan, powder: dict[str, float], number: int, pourings: int) -> list[dict]:
     """The pourings of a powder."""
-    levels = {f.name: f.centre for f in plan.factors} | powder
     numerics = plan.numerics | (STIFFER if number % 2 else {})
     return [
         on_yade.case(
             "repose",
             contact_law=plan.contact_law,
             seed=FIRST_SEED + 100 * number + k,
-            parameters=plan.fixed | {SYMBOLS[name]: value for name, value in levels.items()},
+            parameters=plan.fixed | {SYMBOLS[name]: value for name, value in powder.items()},
             conditions=plan.conditions,
             numerics=numerics,
         )
-        for k in range(heaps)
+        for k in range(pourings)
     ]
 
 
-def poured(plan: Plan, factors: list[Factor], number: int, heaps: int, file: Path, workers: int | None) -> pd.DataFrame:
+def poured(
+    plan: Plan, heaps: SurfaceHeaps, number: int, pourings: int, file: Path, workers: int | None
+) -> pd.DataFrame:
     """The pourings of all powders, those of the file and what is missing there."""
     known = pd.read_csv(file) if file.exists() else pd.DataFrame(columns=["powder", "seed"])
-    for k, powder in enumerate(powders(factors, number)):
+    for k, powder in enumerate(powders(heaps, number)):
         there = set(known.loc[known["powder"] == k, "seed"])
-        missing = [case for case in cases(plan, powder, k, heaps) if case["seed"] not in there]
+        missing = [case for case in cases(plan, powder, k, pourings) if case["seed"] not in there]
         for start in range(0, len(missing), 2):  # two at a time, so that what is done is kept
             batch = missing[start : start + 2]
             found = dispatch.run(batch, file.parent / ".store", workers=workers, quiet=True)
@@ -84,11 +87,12 @@ def measured(heaps: pd.DataFrame) -> list[Reading]:
     ]
 
 
-def lines(number: int, truth: dict[str, float], readings: list[Reading], heaps: pd.DataFrame, factors: list[Factor]):
+def lines(number: int, truth: dict[str, float], readings: list[Reading], heaps: SurfaceHeaps) -> Iterator[dict]:
     """A row for each set of readings, one added after the other."""
+    factors = heaps.factors
     coded = np.array([f.coded(truth[f.name]) for f in factors])
     for count in range(1, len(readings) + 1):
-        found, _ = posteriors(heaps, factors, readings[:count])
+        found, _ = posteriors(heaps, readings[:count])
         row = {
             "powder": number,
             "readings": count,
@@ -139,13 +143,14 @@ def main() -> None:
     asked = parser.parse_args()
     plan = plan_of(load(asked.surface))
     decision: Surface = read_decision(asked.surface, "surface")
-    heaps, factors = heaps_in(asked.surface, decision, plan.observable, {f.name: f.unit for f in plan.factors})
+    units = {f.name: f.unit for f in plan.factors}
+    heaps = heaps_in(asked.surface, asked.surface, decision, plan.observable, units)
     asked.results.mkdir(parents=True, exist_ok=True)
-    all_of_them = poured(plan, factors, asked.powders, asked.heaps, asked.results / "powders.csv", asked.workers)
-    rows, names = [], [f.name for f in factors]
+    all_of_them = poured(plan, heaps, asked.powders, asked.heaps, asked.results / "powders.csv", asked.workers)
+    rows, names = [], [f.name for f in heaps.factors]
     for number, mine in all_of_them.groupby("powder"):
         truth = {name: float(mine[name].iloc[0]) for name in names}
-        for row in lines(number, truth, measured(mine), heaps, factors):
+        for row in lines(number, truth, measured(mine), heaps):
             rows.append({"engine": mine["engine"].iloc[0], **row})
     table = pd.DataFrame(rows)
     table.to_csv(asked.results / "identify.csv", index=False, float_format="%.5g", lineterminator="\n")
@@ -153,7 +158,7 @@ def main() -> None:
     short.to_csv(asked.results / "summary.csv", index=False, float_format="%.4g", lineterminator="\n")
     print(short.to_string(index=False))
     first = all_of_them[all_of_them["powder"] == 0]
-    found, alone = posteriors(heaps, factors, measured(first))
+    found, alone = posteriors(heaps, measured(first))
     figures.save({"shrinking": corner(found, alone, ADDED[0])}, asked.results)
 
 

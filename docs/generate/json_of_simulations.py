@@ -69,11 +69,12 @@ OPTIMUM = {
     "box), `nearest` (the value there nearest to it), `out_of_reach` (beyond the scatter)",
     "joint.known": "of each factor `low` and `high` (95 % interval), `share_of_range`, `word` (identified, narrowed, not identified), "
     "`at_end` (ends of the box at which it ends)",
+    "joint.varied": "factors that are not on the surface, each anywhere in its range",
     "joint.share_of_box": "of the smallest region that holds 95 % of the posterior",
     "joint.share_of_box_first": "of the first reading alone",
     "joint.distance": "least squared distance of the readings from the surfaces, in units of their scatter",
     "joint.distance_p": "its p; below 0.01 the readings contradict each other",
-    "joint.doubtful": "the reading without which they agree best, where they contradict; else null",
+    "joint.doubtful": "the reading without which the others agree best, where they contradict each other; else null",
     "joint.gains": "further readings, best first: `observable`, `n`, `sd`, `share_of_box` that would be left on average",
     "joint.heaps": "of the surfaces",
 }

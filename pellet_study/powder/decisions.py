@@ -13,6 +13,8 @@ from pellet_study.files import opening
 from pellet_study.powder.heaps import FULL
 from pellet_study.powder.plan import DEFAULT_LAW
 
+CONTRADICTED = 0.01  # p of the readings' distance from the surfaces below which they contradict each other
+
 
 @dataclass(frozen=True, kw_only=True)
 class Screening:
@@ -121,14 +123,15 @@ class Gain:
 class Joint:
     """What all readings tell together.
 
-    `share_of_box` is that of the smallest region which holds 95 % of the posterior, `share_of_box_first` that of the first
+    `varied` are the factors that are not on the surface, each anywhere in its range. `share_of_box` is that of the smallest region which holds 95 % of the posterior, `share_of_box_first` that of the first
     reading alone; `distance` the least squared distance of the readings from the surfaces in units of their scatter,
-    `distance_p` its p; `doubtful` the reading without which they agree best, where they contradict each other. `gains` are
+    `distance_p` its p; `doubtful` the reading without which the others agree best, where they contradict each other. `gains` are
     further readings, best first. The surfaces are of `heaps`.
     """
 
     readings: list[Met]
     known: list[Known]
+    varied: list[str]
     share_of_box: float
     share_of_box_first: float
     distance: float
@@ -136,6 +139,11 @@ class Joint:
     doubtful: str | None
     gains: list[Gain]
     heaps: int
+
+    @property
+    def contradictory(self) -> bool:
+        """Whether the readings contradict each other on the surfaces, or the box."""
+        return self.distance_p < CONTRADICTED
 
 
 @dataclass(frozen=True, kw_only=True)

@@ -1,4 +1,8 @@
-"""What the readings tell of the parameters: the posterior on the surfaces in words and numbers, and what to read next."""
+"""What the readings tell of the parameters: the posterior on the surfaces in words and numbers, and what to read next.
+
+The surfaces have the three factors that went on; the others of the screening may lie anywhere in their ranges, which moves
+the readings by their effects there.
+"""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
@@ -14,14 +18,13 @@ from pellet_study.errors import SimulationError
 from pellet_study.files import opening
 from pellet_study.powder.decisions import Gain, Joint, Known, Met, Surface
 from pellet_study.powder.gains import Further, expected_share
-from pellet_study.powder.plan import OBSERVABLE, OTHER_READINGS, Plan, Reading
+from pellet_study.powder.plan import OBSERVABLE, OTHER_READINGS, SYMBOLS, Plan, Reading
 from pellet_study.powder.posterior import Block, Posterior, posterior
 from pellet_study.powder.responses import Responses, fit, widening
 from pellet_study.powder.results import Results
 
 IDENTIFIED, NARROWED = 1 / 3, 3 / 4  # shares of a factor's range that its 95 % interval takes at most
 OUT_OF_REACH = 3.0  # standard errors between a reading and the nearest value of the box
-CONTRADICTED = 0.01  # p of the readings' distance from the surfaces
 AT_END = 0.01  # of a factor's range: an interval that comes so near to its end ends at the box
 MORE = 3  # times the readings that there are, of one that is repeated
 LEAST_SHARE = 0.8  # of the heaps that must have a reading for it to be proposed
@@ -36,6 +39,48 @@ class Identified:
     joint: Joint
 
 
+@dataclass(frozen=True)
+class SurfaceHeaps:
+    """The heaps of a surface with all their readings, and those of the screening before it.
+
+    `factors` span the surface, `screened` are all of the screening; `runs` and `screening` have a column a factor and reading.
+    """
+
+    factors: list[Factor]
+    runs: pd.DataFrame
+    screened: list[Factor]
+    screening: pd.DataFrame
+
+    @property
+    def others(self) -> list[Factor]:
+        """The factors that are not on the surface."""
+        return [f for f in self.screened if f.name not in {one.name for one in self.factors}]
+
+    def moved_by_others(self, names: Sequence[str]) -> np.ndarray:
+        """Covariance (m, m) of readings by the factors that are not on the surface, each anywhere in its range.
+
+        A factor that moves the readings by b a coded unit moves them by b u, u uniform in -1 to 1: b b'/3. The effects are
+        those of the screening; what their own error makes of the squares is taken off, and an effect below it is none.
+        """
+        found = np.zeros((len(names), len(names)))
+        if not self.others or any(name not in self.screening for name in names):
+            return found
+        whole = self.screening[self.screening[list(names)].notna().all(axis=1)]
+        coded = np.column_stack([f.coded(whole[f.name].to_numpy(float)) for f in self.screened])
+        terms = np.column_stack([np.ones(len(coded)), coded, np.all(np.abs(coded) < 0.5, axis=1)])
+        inverse, readings = np.linalg.pinv(terms.T @ terms), whole[list(names)].to_numpy(float)
+        effects = inverse @ terms.T @ readings
+        left = readings - terms @ effects
+        freedom = len(terms) - np.linalg.matrix_rank(terms)
+        variance = np.square(left).sum(axis=0) / freedom if freedom else np.full(len(names), np.inf)
+        for k, factor in enumerate(self.screened):
+            if factor in self.others:
+                squared = np.maximum(effects[1 + k] ** 2 - inverse[1 + k, 1 + k] * variance, 0)
+                slope = np.sign(effects[1 + k]) * np.sqrt(squared)
+                found += np.outer(slope, slope) / 3
+        return found
+
+
 def identify(plan: Plan, results: Results) -> Identified:
     """What the measured readings tell of the factors of the surface.
 
@@ -43,25 +88,22 @@ def identify(plan: Plan, results: Results) -> Identified:
     ------
     SimulationError : too few heaps have all of the readings
     """
-    runs, factors = _heaps(plan, results)
-    readings = plan.readings
-    found, alone = posteriors(runs, factors, readings)
-    without = (
-        [] if len(readings) == 1 else [_distance_without(runs, factors, readings, k) for k in range(len(readings))]
-    )
-    p = float(chdtrc(max(1, len(readings) - len(factors)), found.distance))
-    doubtful = readings[int(np.argmin(without))].observable if without and p < CONTRADICTED else None
+    heaps, readings = surface_heaps(plan, results), plan.readings
+    found, alone = posteriors(heaps, readings)
     joint = Joint(
         readings=_met(found, readings),
         known=_known(found),
+        varied=[f.name for f in heaps.others],
         share_of_box=found.share(),
         share_of_box_first=alone.share(),
         distance=found.distance,
-        distance_p=p,
-        doubtful=doubtful,
-        gains=_gains(runs, factors, readings, found),
+        distance_p=float(chdtrc(max(1, len(readings) - len(heaps.factors)), found.distance)),
+        doubtful=None,
+        gains=_gains(heaps, readings, found),
         heaps=found.blocks[0].responses.heaps,
     )
+    if joint.contradictory:
+        joint = replace(joint, doubtful=_doubtful(heaps, readings))
     return Identified(found, alone, joint)
 
 
@@ -69,55 +111,76 @@ def corrected_setting(
     plan: Plan, results: Results, point: Mapping[str, float], means: Sequence[float]
 ) -> dict[str, float]:
     """{factor: level} recommended once the surfaces are raised to the means of heaps at a point, in the order of the readings."""
-    runs, factors = _heaps(plan, results)
-    block = _block(runs, factors, plan.readings)
-    coded = np.array([[f.coded(point[f.name]) for f in factors]])
+    heaps = surface_heaps(plan, results)
+    block = _block(heaps, plan.readings)
+    coded = np.array([[f.coded(point[f.name]) for f in heaps.factors]])
     raised = block.responses.moved(np.asarray(means) - block.responses.predict(coded)[0])
     found = posterior([replace(block, responses=raised)])
-    return {f.name: float(f.physical(x)) for f, x in zip(factors, found.recommended, strict=True)}
+    return {f.name: float(f.physical(x)) for f, x in zip(heaps.factors, found.recommended, strict=True)}
 
 
-def posteriors(runs: pd.DataFrame, factors: list[Factor], readings: Sequence[Reading]) -> tuple[Posterior, Posterior]:
+def posteriors(heaps: SurfaceHeaps, readings: Sequence[Reading]) -> tuple[Posterior, Posterior]:
     """What heaps say of the factors by all readings, and by the first alone."""
-    found = posterior([_block(runs, factors, readings)])
-    return found, found if len(readings) == 1 else posterior([_block(runs, factors, readings[:1])])
+    found = posterior([_block(heaps, readings)])
+    return found, found if len(readings) == 1 else posterior([_block(heaps, readings[:1])])
 
 
-def _heaps(plan: Plan, results: Results) -> tuple[pd.DataFrame, list[Factor]]:
-    """The heaps of the box that counts, and its factors."""
+def surface_heaps(plan: Plan, results: Results) -> SurfaceHeaps:
+    """The heaps of the surface and the screening of a plan."""
+    units = {f.name: f.unit for f in plan.factors}
     decision: Surface = results.decision("surface")
-    return heaps_in(
-        results.home("surface") or results.folder, decision, plan.observable, {f.name: f.unit for f in plan.factors}
-    )
+    home, screened = results.home("surface") or results.folder, results.home("screening") or results.folder
+    return heaps_in(home, screened, decision, plan.observable, units)
 
 
-def heaps_in(
-    folder: Path, decision: Surface, steering: str, units: Mapping[str, str]
-) -> tuple[pd.DataFrame, list[Factor]]:
-    """The heaps of a folder in the box that its surface chose, with the angle that steers under its own name; the factors."""
+def heaps_in(folder: Path, screened: Path, decision: Surface, steering: str, units: Mapping[str, str]) -> SurfaceHeaps:
+    """The heaps of a folder in the box that its surface chose, and those of a screening.
+
+    Parameters
+    ----------
+    steering : name of the angle that steers the chain, which the tables have under one name for all
+    units : {factor: unit}
+    """
     runs = pd.read_csv(opening.stream(folder / "surface" / "runs.csv"))
     chosen = runs["box"].max() if decision.chosen_box is None else decision.chosen_box
-    runs = runs[(runs["box"] == chosen) & (runs["verdict"] == "ok")]
     factors = [Factor(name, low, high, units.get(name, "-")) for name, (low, high) in decision.box.items()]
-    return runs.drop(columns=OBSERVABLE).assign(**{steering: runs[OBSERVABLE]}), factors
+    screening = pd.read_csv(opening.stream(screened / "screening" / "runs.csv"))
+    screened_factors = [
+        Factor(name, float(screening[name].min()), float(screening[name].max()), units.get(name, "-"))
+        for name in SYMBOLS
+        if name in screening
+    ]
+
+    def good(table: pd.DataFrame) -> pd.DataFrame:
+        table = table[table["verdict"] == "ok"]
+        return table.drop(columns=OBSERVABLE).assign(**{steering: table[OBSERVABLE]})
+
+    return SurfaceHeaps(factors, good(runs[runs["box"] == chosen]), screened_factors, good(screening))
 
 
-def _responses(runs: pd.DataFrame, factors: list[Factor], names: Sequence[str]) -> Responses:
+def _responses(heaps: SurfaceHeaps, names: Sequence[str]) -> Responses:
     """The surfaces of readings over the heaps that have all of them."""
+    runs = heaps.runs
     missing = [name for name in names if name not in runs]
     if missing:
         raise SimulationError(
             f"the heaps of the surface were kept without {', '.join(missing)}; do the surface again: --only surface"
         )
     whole = runs[runs[list(names)].notna().all(axis=1)]
-    coded = np.column_stack([f.coded(whole[f.name].to_numpy(float)) for f in factors])
-    return fit(factors, names, coded, whole[list(names)].to_numpy(float))
+    coded = np.column_stack([f.coded(whole[f.name].to_numpy(float)) for f in heaps.factors])
+    return fit(heaps.factors, names, coded, whole[list(names)].to_numpy(float))
 
 
-def _block(runs: pd.DataFrame, factors: list[Factor], readings: Sequence[Reading]) -> Block:
-    """Readings with their surfaces, and how they were measured together."""
-    responses = _responses(runs, factors, [one.observable for one in readings])
-    return Block(responses, np.array([one.value for one in readings]), measured_covariance(readings, responses.scatter))
+def _block(heaps: SurfaceHeaps, readings: Sequence[Reading], measured: np.ndarray | None = None) -> Block:
+    """Readings with their surfaces, and how they were measured together (`measured`, where that is told).
+
+    The covariance holds what the factors that are not on the surface may do.
+    """
+    names = [one.observable for one in readings]
+    responses = _responses(heaps, list(dict.fromkeys(names))).of(names)
+    if measured is None:
+        measured = measured_covariance(readings, responses.scatter)
+    return Block(responses, np.array([one.value for one in readings]), measured + heaps.moved_by_others(names))
 
 
 def measured_covariance(readings: Sequence[Reading], scatter: np.ndarray) -> np.ndarray:
@@ -133,9 +196,12 @@ def measured_covariance(readings: Sequence[Reading], scatter: np.ndarray) -> np.
     return alike * np.outer(error, error) * np.minimum.outer(n, n) / np.sqrt(np.outer(n, n))
 
 
-def _distance_without(runs: pd.DataFrame, factors: list[Factor], readings: Sequence[Reading], k: int) -> float:
-    """Distance of the readings from the surfaces were one of them not there."""
-    return posterior([_block(runs, factors, [one for i, one in enumerate(readings) if i != k])]).distance
+def _doubtful(heaps: SurfaceHeaps, readings: Sequence[Reading]) -> str | None:
+    """The reading without which the others agree best; None of a single one."""
+    if len(readings) == 1:
+        return None
+    left = [[one for one in readings if one is not without] for without in readings]
+    return readings[int(np.argmin([posterior([_block(heaps, few)]).distance for few in left]))].observable
 
 
 def _met(found: Posterior, readings: Sequence[Reading]) -> list[Met]:
@@ -143,13 +209,14 @@ def _met(found: Posterior, readings: Sequence[Reading]) -> list[Met]:
     block = found.blocks[0]
     predicted = block.responses.predict(found.recommended[None, :])[0]
     errors = np.sqrt(np.diag(block.responses.covariance(found.recommended[None, :])[0]))
-    measured = np.sqrt(np.diag(block.covariance))
+    measured = np.sqrt(np.diag(measured_covariance(readings, block.responses.scatter)))
+    apart = np.sqrt(np.diag(block.covariance))
     box = np.vstack([coded_box.sample(len(found.factors)), found.best])
     told = block.responses.predict(box)
     met = []
     for i, one in enumerate(readings):
         nearest = float(np.clip(one.value, told[:, i].min(), told[:, i].max()))
-        gap = abs(one.value - nearest) / np.hypot(measured[i], errors[i])
+        gap = abs(one.value - nearest) / np.hypot(apart[i], errors[i])
         met.append(
             Met(
                 observable=one.observable,
@@ -184,35 +251,28 @@ def _known(found: Posterior) -> list[Known]:
     return known
 
 
-def _gains(runs: pd.DataFrame, factors: list[Factor], readings: Sequence[Reading], found: Posterior) -> list[Gain]:
+def _gains(heaps: SurfaceHeaps, readings: Sequence[Reading], found: Posterior) -> list[Gain]:
     """What would shrink the set most: the other readings of the same pourings, or more of those there are; best first."""
-    measured = [one.observable for one in readings]
+    names, runs = [one.observable for one in readings], heaps.runs
     gains = []
     for name in OTHER_READINGS:
-        if name in measured or name not in runs or runs[name].notna().mean() < LEAST_SHARE:
+        if name in names or name not in runs or runs[name].notna().mean() < LEAST_SHARE:
             continue
-        if any(runs[name].equals(runs[other]) for other in measured):
+        if any(runs[name].equals(runs[other]) for other in names):
             continue
-        responses = _responses(runs, factors, [*measured, name])
-        sd = float(np.sqrt(responses.scatter[-1, -1]))
-        more = [*readings, Reading(name, np.nan, sd, readings[0].n, 0)]
-        block = Block(responses, np.array([one.value for one in more]), measured_covariance(more, responses.scatter))
-        gains.append(
-            Gain(observable=name, n=readings[0].n, sd=sd, share_of_box=expected_share(found, Further(block, 0)))
-        )
+        sd = float(np.sqrt(_responses(heaps, [*names, name]).scatter[-1, -1]))
+        new = Reading(name, np.nan, sd, readings[0].n, 0)
+        gains.append(_gain(new, found, _block(heaps, [*readings, new])))
+    known = measured_covariance(readings, found.blocks[0].responses.scatter)
     for one in readings:
-        responses = _responses(runs, factors, measured).of([*measured, one.observable])
-        known = measured_covariance(readings, responses.of(measured).scatter)
-        again = np.zeros((len(measured) + 1, len(measured) + 1))
-        again[:-1, :-1] = known
-        again[-1, -1] = one.sd**2 / (MORE * one.n)
-        block = Block(responses, np.append([each.value for each in readings], np.nan), again)
-        gains.append(
-            Gain(
-                observable=one.observable,
-                n=MORE * one.n,
-                sd=one.sd,
-                share_of_box=expected_share(found, Further(block, 0)),
-            )
-        )
+        new = replace(one, value=np.nan, n=MORE * one.n)
+        again = np.pad(known, (0, 1))
+        again[-1, -1] = one.sd**2 / new.n  # of other pourings
+        gains.append(_gain(new, found, _block(heaps, [*readings, new], again)))
     return sorted(gains, key=lambda gain: gain.share_of_box)
+
+
+def _gain(new: Reading, found: Posterior, block: Block) -> Gain:
+    """What a new reading, the last of a block, would leave."""
+    share = expected_share(found, Further(block, 0))
+    return Gain(observable=new.observable, n=new.n, sd=new.sd, share_of_box=share)

@@ -118,7 +118,6 @@ def curvature(decision: Screening) -> str:
     )
 
 
-CONTRADICTED = 0.01  # p of the readings' distance from the surfaces below which they contradict each other
 SHOWN = 3  # further readings
 
 
@@ -129,15 +128,18 @@ def contradiction(joint: Joint) -> str:
         for one in joint.readings
         if one.out_of_reach
     ]
-    if not words and joint.distance_p < CONTRADICTED:
-        without = f"; without {joint.doubtful} they agree best" if joint.doubtful else ""
+    if not words and joint.contradictory:
+        without = f"; without {joint.doubtful} the others agree best" if joint.doubtful else ""
         words = [f"the readings contradict each other in the box (p {probability(joint.distance_p)}){without}"]
     return f"; but {'; '.join(words)}" if words else ""
 
 
 def joint_lines(joint: Joint) -> list[str]:
     """What the readings tell of each factor, in lines."""
-    lines = ["", f"what the readings tell, on the surfaces of {joint.heaps} heaps{contradiction(joint)}:"]
+    lines = [
+        "",
+        f"what the readings tell{anywhere(joint)}, on the surfaces of {joint.heaps} heaps{contradiction(joint)}:",
+    ]
     lines += [
         f"  {one.observable:24s} measured {number(one.measured)} +- {number(one.standard_error, 2)}, at the setting "
         f"{number(one.predicted)} +- {number(one.predicted_standard_error, 2)}, box {number(one.lowest)} to {number(one.highest)}"
@@ -149,6 +151,15 @@ def joint_lines(joint: Joint) -> list[str]:
         share += f"; of {joint.readings[0].observable} alone {percent(joint.share_of_box_first)}"
     lines.append(share)
     return [*lines, f"  {next_words(joint)}"]
+
+
+def anywhere(joint: Joint) -> str:
+    """ ", with A, D, E and F anywhere in their ranges"; "" where the surface has all factors."""
+    if not joint.varied:
+        return ""
+    several = len(joint.varied) > 1
+    names = f"{', '.join(joint.varied[:-1])} and {joint.varied[-1]}" if several else joint.varied[0]
+    return f", with {names} anywhere in {'their ranges' if several else 'its range'}"
 
 
 def next_words(joint: Joint) -> str:

@@ -25,7 +25,16 @@ from pellet_study.powder.figures import climb, corner, heaps
 from pellet_study.powder.identified import heaps_in, posteriors
 from pellet_study.powder.plan import ANGLES, NAMES, OBSERVABLE, RIG, SYMBOLS, Reading, differences
 from pellet_study.powder.tables import errors_of, surface_of, table_of
-from pellet_study.powder.text import contradiction, curvature, levels, next_words, or_unknown, percent, selection
+from pellet_study.powder.text import (
+    anywhere,
+    contradiction,
+    curvature,
+    levels,
+    next_words,
+    or_unknown,
+    percent,
+    selection,
+)
 from pellet_study.report.parts import Stage, Table, picture, table
 from pellet_study.study.study import Study
 
@@ -230,7 +239,7 @@ def _optimum(folder: Path, measured: Measured) -> Stage | None:
     several = len(joint.readings) > 1
     names = [one.observable for one in joint.readings]
     words = [
-        f"On the surfaces of {joint.heaps} heaps the settings that hold 95 % of the posterior take {percent(joint.share_of_box)} of "
+        f"On the surfaces of {joint.heaps} heaps{anywhere(joint)}, the settings that hold 95 % of the posterior take {percent(joint.share_of_box)} of "
         f"the box"
         + (f"; of {names[0]} alone {percent(joint.share_of_box_first)}." if several else f" ({names[0]} alone).")
         + f" {next_words(joint)}"
@@ -258,10 +267,10 @@ def _optimum(folder: Path, measured: Measured) -> Stage | None:
         for one in joint.readings
     ]
     pictures = []
-    if (folder / "surface" / "runs.csv").exists():
-        runs, factors = heaps_in(folder, read_decision(folder, "surface"), names[0], UNITS)
+    if all((folder / stage / "runs.csv").exists() for stage in ("screening", "surface")):
+        box = heaps_in(folder, folder, read_decision(folder, "surface"), names[0], UNITS)
         readings = [Reading(one.observable, one.measured, one.sd, one.n, one.freedom) for one in joint.readings]
-        found, first = posteriors(runs, factors, readings)
+        found, first = posteriors(box, readings)
         pictures = [
             picture(
                 corner(found, first, names[0]),

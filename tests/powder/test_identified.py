@@ -321,6 +321,28 @@ def test_the_angle_steers_wherever_it_stands_and_other_conditions_are_refused(se
         plan_of(load(several))
 
 
+def test_what_the_other_factors_may_do_widens_what_the_readings_tell(several, monkeypatch):
+    """D moves the time by 0.05 s a coded unit and the density by -20 kg/m3, together: b b'/3."""
+
+    class Steel(Pouring):
+        TIME = {**Pouring.TIME, "D": 0.05}
+        DENSITY = {**Pouring.DENSITY, "D": -20.0}
+
+    heaps, results = work_of(several, Steel(), monkeypatch)
+    Chain(heaps, results).run(["screening", "climb", "surface", "optimum"])
+    found = identified.surface_heaps(heaps.plan, results)
+    assert [f.name for f in found.others] == ["A", "D", "E", "F"]
+    moved = found.moved_by_others(["discharge_time_s", "fill_bulk_density_kg_m3"])
+    assert moved == pytest.approx(np.outer([0.05, -20.0], [0.05, -20.0]) / 3, rel=0.25)
+    wide = results.decision("optimum").joint
+    assert wide.varied == ["A", "D", "E", "F"]
+    heaps, results = work_of(several, Pouring(), monkeypatch)
+    (several / "screening" / "decision.json").unlink()
+    Chain(heaps, results).run(["screening", "climb", "surface", "optimum"])
+    assert results.decision("optimum").joint.share_of_box < 0.8 * wide.share_of_box
+    assert "with A, D, E and F anywhere in their ranges" in report.text_of(results)
+
+
 def test_a_powder_is_calibrated_on_the_surface_of_another(several, tmp_path, monkeypatch, capsys):
     heaps, results = work_of(several, Pouring(), monkeypatch)
     Chain(heaps, results).run(["screening", "climb", "surface"])
