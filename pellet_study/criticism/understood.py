@@ -13,6 +13,7 @@ from pellet_study.criticism.reading_order import in_order_words
 from pellet_study.criticism.time_drift import along
 from pellet_study.criticism.used_sd import reading_sd
 from pellet_study.errors import InputError
+from pellet_study.model.model import key
 from pellet_study.output.terminal import fold
 from pellet_study.output.words import flush, number, width
 from pellet_study.study.ranges import limits, usual
@@ -156,7 +157,9 @@ def _advice(study: Study) -> list[str]:
             "readings"
         )
     ordered = [row for row in study.rows if row.order is not None]
-    if not ordered and len(study.rows) > 1:
+    if (
+        not ordered and len({(row.rig, *key(row)[2:]) for row in study.rows}) > 1
+    ):  # readings of one pouring have no order
         advice.append(
             "there is no column `order`: randomise the order in which readings are taken and note it there (1, 2, ...), as a "
             "drift with time looks like an effect of whatever was changed meanwhile"

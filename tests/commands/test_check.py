@@ -122,11 +122,16 @@ def test_one_repose_angle_goes_on_to_calibrate_and_has_no_order(tmp_path, capsys
     said = capsys.readouterr().out
     assert f"next: pellet-study calibrate {tmp_path}" in said and "randomise" not in said
     first = (tmp_path / "measurements.csv").read_text()
-    for row in ("rebound,rebound_height_mm,5.0,0.5,3", "repose,discharge_time_s,0.5,0.1,3"):
+    for row, then in (
+        ("repose,discharge_time_s,0.5,0.1,3", "calibrate"),  # of the same pouring
+        ("repose,heap_height_mm,20,1,3", "compare"),  # calibrate does not take it
+        ("rebound,rebound_height_mm,5.0,0.5,3", "compare"),
+    ):
         (tmp_path / "measurements.csv").write_text(f"{first}{row}\n")
         assert main(["check", str(tmp_path)]) == 0
         said = capsys.readouterr().out
-        assert f"next: pellet-study compare {tmp_path}" in said and "randomise" in said
+        assert f"next: pellet-study {then} {tmp_path}" in said
+        assert ("randomise" in said) == row.startswith("rebound")
 
 
 @pytest.mark.parametrize(
