@@ -27,8 +27,8 @@ effects: with their min and max study.toml also lists these, with nothing of the
   [effects]
   rolling_resistance = { rolling_friction = 0.0 }
   cohesion = { surface_energy_j_m2 = 0.0 }
-Other parameters of the rig keep the value in study.toml or, known for the measured angle, in measurements.csv; effects that
-are present, and other parameters with min and max, are refused.
+Those of A to G that study.toml gives as a number, and other parameters of the rig, keep it, as does what measurements.csv gives as
+known for the measured angle; effects that are present, and other parameters with min and max, are refused.
 
 Stages: screening (Plackett-Burman), climb, surface (Box-Behnken), optimum, validation. Each leaves design, runs, analysis
 and decision in STUDY/STAGE; runs.csv has a row a heap. Finished heaps are kept in STUDY/.store: called again, nothing is

@@ -13,6 +13,7 @@ from pellet_study.rigs import on_yade
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import SCALINGS, Study
 
+LEAST_FACTORS = 3  # of a Box-Behnken design
 CONTRADICTED = 1e-3  # p of the rows' scatter below which their stated sd is not believed
 
 
@@ -96,52 +97,49 @@ def measured_rows(study: Study) -> dict[str, list[Measurement]]:
 
 
 def factors_of(study: Study, known: Mapping[str, float]) -> list[Factor]:
-    """The factors A to G with the ranges of the study, else of the paper's Table 6.
+    """The factors A to G with the ranges of the study, else of the paper's Table 6; without those that are known.
 
     Raises
     ------
-    InputError : the study fixes one of them, or it is among the parameters known for the measured angle
+    InputError : fewer than the surface needs are left
     """
     factors = []
     for printed in screening_factors():
         name = SYMBOLS[printed.name]
         setting = study.parameters.get(name)
-        if name in known:
-            raise InputError(
-                f"the measurements give {name}, which calibrate varies ({printed.name} of the source paper); leave the "
-                "column out, or use compare"
-            )
-        if setting is None:
+        if name in known or (setting is not None and not setting.free):
+            continue
+        if setting is None or setting.low is None or setting.high is None:
             factors.append(printed)
-        elif setting.low is not None and setting.high is not None:
-            factors.append(Factor(printed.name, setting.low, setting.high, printed.unit))
         else:
-            raise InputError(
-                f"study.toml fixes {name}, which calibrate varies ({printed.name} of the source paper); "
-                "give its min and max, or leave it out for the paper's range"
-            )
+            factors.append(Factor(printed.name, setting.low, setting.high, printed.unit))
+    if len(factors) < LEAST_FACTORS:
+        raise InputError(
+            f"only {', '.join(f.name for f in factors) or 'none'} of A to G is left to vary, the others are known; expected "
+            f"{LEAST_FACTORS} or more: give min and max of another, or use compare"
+        )
     return factors
 
 
 def fixed_of(study: Study, known: Mapping[str, float]) -> dict[str, float]:
-    """{parameter: value} of the rig's other parameters in the study, and of those known for the measured angle.
+    """{parameter: value} that stays: of the rig in the study, A to G among them, and those known for the measured angle.
 
     Raises
     ------
-    InputError : the study leaves one of them free
+    InputError : the study leaves one of them free that calibrate does not vary
     """
-    others = {
+    of_rig = {
         name: setting
         for name, setting in study.parameters.items()
-        if name in on_yade.rig(RIG).parameters and name not in (*known, *SYMBOLS.values())
+        if name in on_yade.rig(RIG).parameters and name not in known
     }
-    for name, setting in others.items():
-        if setting.free:
+    for name, setting in of_rig.items():
+        if setting.free and name not in SYMBOLS.values():
             raise InputError(
                 f"study.toml gives {name} a min and max, but calibrate varies only A to G ({', '.join(SYMBOLS.values())}); "
                 f"give its value alone, {name} = {setting.value:g}, or use compare"
             )
-    return {name: setting.value for name, setting in others.items()} | dict(known)
+    return {name: setting.value for name, setting in of_rig.items() if not setting.free} | dict(known)
 
 
 def refuse_effects(study: Study) -> None:

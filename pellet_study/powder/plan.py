@@ -132,6 +132,11 @@ class Plan:
             }
         )
 
+    def energy(self, point: Mapping[str, float]) -> float:
+        """Surface energy (J/m2) of a point: one of its levels, or known."""
+        default = on_yade.rig(RIG).parameters[SYMBOLS["G"]]["default"]
+        return float(point.get("G", self.fixed.get(SYMBOLS["G"], default)))
+
     @property
     def idle(self) -> dict[str, str]:
         """{factor: why the contact law cannot represent it}."""

@@ -208,7 +208,7 @@ def laws(results: Results) -> pd.DataFrame | None:
     beside = next((one for one in each if one.done("screening")), None)
     if beside is None or not results.done("screening"):
         return None
-    table = pd.DataFrame({"factor": list(NAMES)})
+    table = pd.DataFrame({"factor": [f.name for f in results.plan.factors]})
     for one in (results, beside):
         law = one.plan.contact_law
         effects = (

@@ -143,7 +143,7 @@ def meet_target(plan: Plan, results: Results) -> tuple[Optimum, optimum.TargetSe
         highest=target.highest,
         unidentified=target.unidentified,
         extents={e.name: list(e.physical) for e in target.extents},
-        bond_number=bond(plan, point["G"]),
+        bond_number=bond(plan, plan.energy(point)),
         box={f.name: [f.low, f.high] for f in fitted.table.factors},
         joint=found.joint,
     )

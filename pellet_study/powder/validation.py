@@ -133,7 +133,7 @@ def judged(heaps: Heaps, results: Results, runs: pd.DataFrame, point: Mapping[st
         point=dict(point),
         factors=best.factors,
         outside=plan.outside(point),
-        bond_number=bond(plan, point["G"]),
+        bond_number=bond(plan, plan.energy(point)),
         others=[checked(one, whole[one.observable], level) for one in plan.others],
     )
 

@@ -343,6 +343,20 @@ def test_what_the_other_factors_may_do_widens_what_the_readings_tell(several, mo
     assert "with A, D, E and F anywhere in their ranges" in report.text_of(results)
 
 
+def test_a_powder_of_which_some_is_known_is_calibrated_in_the_rest(several, monkeypatch):
+    """A and D to F known: three factors, so that the surface has all of them."""
+    known = "".join(f"{SYMBOLS[name]} = {0.15 if name in 'AD' else 0.7}\n" for name in "ADE")
+    toml = f"[parameters]\n{known}{SYMBOLS['F']} = 0.29\n[effects]\nrolling_resistance = {{ rolling_friction = 0.0 }}\n"
+    (several / "study.toml").write_text(toml)
+    heaps, results = work_of(several, Pouring(), monkeypatch)
+    chain = Chain(heaps, results)
+    decided = chain.run(["screening", "climb", "surface", "optimum"])
+    assert heaps.plan.fixed[SYMBOLS["F"]] == 0.29
+    assert decided["screening"].factors == ["B", "C", "G"] and decided["optimum"].joint.varied == []
+    assert "anywhere in" not in report.write(chain)
+    assert set(pd.read_csv(several / "screening" / "effects.csv")["factor"]) == set("BCG")
+
+
 def test_a_powder_is_calibrated_on_the_surface_of_another(several, tmp_path, monkeypatch, capsys):
     heaps, results = work_of(several, Pouring(), monkeypatch)
     Chain(heaps, results).run(["screening", "climb", "surface"])

@@ -48,9 +48,22 @@ def test_what_is_known_of_the_measured_angle_enters_the_heaps(plan):
     assert case["parameters"]["powder_density_kg_m3"] == 1500.0
 
 
-def test_a_known_value_that_is_varied_and_rows_that_know_differently_are_refused(plan):
-    with pytest.raises(InputError, match=r"powder_steel_static_friction, which calibrate varies \(E"):
-        plan("", "rig,observable,value,sd,powder_steel_static_friction\nrepose,repose_angle_deg,40,1,0.7\n")
+def test_what_is_known_of_a_to_g_is_not_varied(plan):
+    found = plan("", "rig,observable,value,sd,powder_steel_static_friction\nrepose,repose_angle_deg,40,1,0.7\n")
+    assert [f.name for f in found.factors] == list("ABCDFG") and found.fixed == {"powder_steel_static_friction": 0.7}
+    toml = "[parameters]\npowder_restitution = 0.3\npowder_steel_restitution = 0.4\npowder_static_friction = { min = 0.5, max = 0.6 }\n"
+    found = plan(toml)
+    assert [f.name for f in found.factors] == list("BCEFG") and found.own == {"B"}
+    assert found.fixed == {"powder_restitution": 0.3, "powder_steel_restitution": 0.4}
+    assert found.energy({"G": 0.25}) == 0.25
+    few = "".join(f"{SYMBOLS[name]} = 0.2\n" for name in "ABDE")
+    assert [f.name for f in plan(f"[parameters]\n{few}").factors] == list("CFG")
+    with pytest.raises(InputError, match="only C, G of A to G is left to vary.* expected 3 or more"):
+        listed = "[effects]\nrolling_resistance = { rolling_friction = 0.0 }\n"
+        plan(f"[parameters]\n{few}powder_steel_rolling_friction = 0.2\n{listed}")
+
+
+def test_rows_that_know_differently_are_refused(plan):
     two = "rig,observable,value,sd,powder_density_kg_m3\nrepose,repose_angle_deg,40,1,1500\nrepose,repose_angle_deg,40,1,{}\n"
     for other in ("1600", ""):
         with pytest.raises(InputError, match="differ in what is known"):
