@@ -73,7 +73,7 @@ class EngineScene:
         inertia = 0.4 * grain_mass(smallest, powder.density) * smallest**2
         rolling = rolling_spring * inertia / clock.dt**2
         self.law = LAWS[engine].Law(
-            Powder(powder, steel, pair, wall_pair, self.mean_radius, rolling), frozenset(switches)
+            Powder(powder, steel, pair, wall_pair, self.mean_radius, clock.dt, rolling), frozenset(switches)
         )
         self.numbers = np.arange(1, len(self.grains) + 1)
         self.shaken = self.empty = False

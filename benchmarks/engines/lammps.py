@@ -26,6 +26,7 @@ from functools import cache
 from math import pi, sqrt
 from pathlib import Path
 
+import numpy as np
 from scipy.optimize import brentq
 
 from yade_scripts.apparatus import Funnel
@@ -41,42 +42,57 @@ DMT, DAMPER_PULLS, TANGENTIAL_DAMPER = "dmt", "damper pulls", "tangential damper
 SWITCHES = {DMT, DAMPER_PULLS, TANGENTIAL_DAMPER}
 AT_SPEED = 0.3  # m/s, of the impact whose restitution is right; grains fall from the outlet at up to 0.9 m/s
 SHARE = 0.01  # of the stiffness that the damper's style has: what it may take off the force of a contact that opens
-STEP = 1e-3  # of an impact, in its own unit of time
+PHASES = 16  # of the first step in a contact
+STRONGEST = 60.0  # damper that is tried
 TSUJI = (1.2728, -4.2783, 11.087, -22.348, 27.467, -18.022, 4.8218)  # of the number given, from the manual
 
 
-@cache
-def viscosity(restitution: float, share: float) -> float:
-    """Damper b of x'' = -(1 - s) x^(3/2) - max(0, s x^(3/2) + b x^(1/2) x'), x' = 1 at the touch, that has a restitution.
+def impact(damper: float, share: float, step: float) -> float:
+    """Restitution of x'' = -(1 - s) x^(3/2) - max(0, s x^(3/2) + b x^(1/2) x'), x' = 1 at the touch, in the engine's steps.
+
+    The mean over the phases of the first step. The damper reads the velocity half a step before the overlap.
 
     Parameters
     ----------
-    restitution : e
+    damper : b
     share : s, of the stiffness that the damper's spring has; 1: the whole force only pushes
+    step : time step in the unit of time of the equation
     """
+    overlap = (np.arange(PHASES) + 0.5) / PHASES * step
+    speed, left = np.ones(PHASES), np.full(PHASES, np.nan)
+    while np.isnan(left).any():
+        spring = overlap**1.5
+        speed = speed - step * ((1 - share) * spring + np.maximum(0.0, share * spring + damper * np.sqrt(overlap) * speed))
+        overlap = overlap + step * speed
+        parted = (overlap <= 0) & np.isnan(left)
+        left[parted] = -speed[parted]
+        overlap = np.maximum(overlap, 0.0)
+    return float(left.mean())
 
-    def left(damper: float) -> float:
-        overlap, speed = 1e-9, 1.0
-        while overlap > 0:
-            spring = overlap**1.5
-            speed -= STEP * ((1 - share) * spring + max(0.0, share * spring + damper * sqrt(overlap) * speed))
-            overlap += STEP * speed
-        return -speed
 
-    return float(brentq(lambda damper: left(damper) - restitution, 1e-3, 60.0, xtol=1e-4))
+@cache
+def viscosity(restitution: float, share: float, step: float) -> float:
+    """Least damper with which an impact (as above) has a restitution."""
+    high = 0.5
+    while impact(high, share, step) > restitution:
+        high *= 1.2
+        if high > STRONGEST:
+            raise ValueError(f"restitution {restitution:g}: the time step is too long for its damper")
+    return float(brentq(lambda damper: impact(damper, share, step) - restitution, high / 1.2 if high > 0.5 else 1e-3, high))
 
 
-def gamma(restitution: float, share: float, young: float, radius: float, mass: float) -> float:
+def gamma(restitution: float, share: float, young: float, radius: float, mass: float, step: float) -> float:
     """Damper of LAMMPS, 1/(m s): its force is this times the reduced mass, the root of R* x, and the speed.
 
     Parameters
     ----------
-    restitution, share : as in `viscosity`
+    restitution, share : as in `impact`
     young, radius, mass : E*, R* and reduced mass of the contact
+    step : time step, s
     """
     spring = 4 / 3 * young * sqrt(radius) / mass
     length = (AT_SPEED**2 / spring) ** 0.4
-    return viscosity(restitution, share) * AT_SPEED / (sqrt(radius) * length**1.5)
+    return viscosity(restitution, share, step * AT_SPEED / length) * AT_SPEED / (sqrt(radius) * length**1.5)
 
 
 def number_for_tsuji(restitution: float) -> float:
@@ -108,7 +124,7 @@ class Law:
         if pulls:
             return ["pair_style granular", f"pair_coeff * * {whole}"]
         spring = SHARE * 4 / 3 * young
-        damper = gamma(self.powder.pair.restitution, SHARE, young, self.powder.radius / 2, self.mass / 2)
+        damper = gamma(self.powder.pair.restitution, SHARE, young, self.powder.radius / 2, self.mass / 2, self.powder.time_step)
         return [
             f"pair_style hybrid/overlay granular gran/hertz/history {spring:.9g} {spring:.9g} {damper:.9g} 0 0 1 limit_damping",
             f"pair_coeff * * granular {whole}",
@@ -141,7 +157,7 @@ class Law:
         """The law of grains at walls, by its constants: of a material the fix for walls takes 1 - nu for 1 - nu^2."""
         grain, steel, pair, radius = self.powder.grain, self.powder.steel, self.powder.wall_pair, self.powder.radius
         young, shear = effective_young(grain, steel), effective_shear(grain, steel)
-        damper = gamma(pair.restitution, 1.0, young, radius, self.mass)
+        damper = gamma(pair.restitution, 1.0, young, radius, self.mass, self.powder.time_step)
         return (
             f"granular hertz {4 / 3 * young:.9g} {damper:.9g} tangential mindlin {8 * shear:.9g} 0 {pair.static_friction:g} "
             f"rolling sds {self.powder.wall_rolling / radius**2:.9g} 0 {pair.rolling_friction:g} damping viscoelastic "

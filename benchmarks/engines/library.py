@@ -23,11 +23,16 @@ class Library:
     """
 
     def __init__(self, name: str, folder: Path):
-        self._library = ctypes.CDLL(name, ctypes.RTLD_GLOBAL)
+        self._library = ctypes.CDLL(name)
         words = [b"engine", b"-log", b"none", b"-screen", str(folder / SAID).encode()]
-        self._handle = ctypes.c_void_p()
-        given = (ctypes.c_char_p * len(words))(*words)
-        self._library.lammps_open_no_mpi(len(words), given, ctypes.byref(self._handle))
+        given, handle = (ctypes.c_char_p * len(words))(*words), ctypes.c_void_p()
+        begin = self._library.lammps_open_no_mpi
+        begin.restype = ctypes.c_void_p
+        if hasattr(self._library, "lammps_version"):  # a newer LAMMPS returns the handle
+            handle = ctypes.c_void_p(begin(len(words), given, None))
+        else:
+            begin(len(words), given, ctypes.byref(handle))
+        self._handle = handle
         for function in ("lammps_extract_atom", "lammps_extract_global"):
             getattr(self._library, function).restype = ctypes.c_void_p
 

@@ -1,4 +1,4 @@
-"""What a contact law of another engine is told of powder and steel, and how fast an impact is that its damper is made for."""
+"""What a contact law of another engine is told of powder and steel."""
 
 from math import log, pi, sqrt
 from typing import NamedTuple
@@ -14,6 +14,7 @@ class Powder(NamedTuple):
     pair: Pair
     wall_pair: Pair
     radius: float  # mean, m
+    time_step: float  # s
     wall_rolling: float  # stiffness of the rolling moment at walls below its limit, N m/rad
 
 
