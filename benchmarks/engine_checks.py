@@ -14,7 +14,6 @@ Where there is surface energy, F is the pull-off force and a what the law adds t
 
 import argparse
 import tempfile
-from math import pi
 from pathlib import Path
 from typing import NamedTuple
 
@@ -76,7 +75,9 @@ class Two:
         half = RADIUS + gap / 2
         atoms = [f"{k} 1 {2 * RADIUS:.9e} {GRAIN.density:g} {x:.12e} 0 0" for k, x in ((1, -half), (2, half))]
         box = [f"-0.02 0.02 {axis}lo {axis}hi" for axis in "xyz"]
-        (folder / "two.data").write_text("\n".join(["two", "", "2 atoms", "2 atom types", *box, "", "Atoms", "", *atoms, ""]))
+        (folder / "two.data").write_text(
+            "\n".join(["two", "", "2 atoms", "2 atom types", *box, "", "Atoms", "", *atoms, ""])
+        )
         engine.do(
             "clear",
             "units si",
@@ -139,7 +140,10 @@ def rolling(engine: Library, setting: Setting, folder: Path) -> tuple[float, flo
     two = Two(engine, setting, -flat(setting), folder)
     engine.do("velocity all set 0 0 0")
     for side, sign in (("left", 1), ("right", -1)):
-        engine.do(f"set group {side} {'omega' if setting.engine == 'LAMMPS' else 'omegaz'} " + (f"0 0 {sign * 1.0}" if setting.engine == "LAMMPS" else f"{sign * 1.0}"))
+        engine.do(
+            f"set group {side} {'omega' if setting.engine == 'LAMMPS' else 'omegaz'} "
+            + (f"0 0 {sign * 1.0}" if setting.engine == "LAMMPS" else f"{sign * 1.0}")
+        )
     engine.do(f"run {round(0.2 / two.step)}")
     return float(np.linalg.norm(two.of_right("torque"))) / RADIUS, float(two.of_right("f")[0])
 

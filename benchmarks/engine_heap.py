@@ -25,9 +25,9 @@ from engines.powder import Powder
 from scipy.spatial import cKDTree
 
 from yade_scripts import contacts, repose
-from yade_scripts.case import Failed
-from yade_scripts.powder_scene import FASTEST_START, GRAVITY, damper_share, grain_mass
 from yade_scripts.apparatus import Base, Funnel
+from yade_scripts.case import Failed
+from yade_scripts.powder_scene import FASTEST_START, GRAVITY, grain_mass
 
 LAWS = {"LIGGGHTS": liggghts, "LAMMPS": lammps}
 SKIN = 0.4  # of the neighbour lists, in the mean radius
@@ -127,7 +127,11 @@ class EngineScene:
             f"fix gravity powder gravity {GRAVITY} vector 0 0 -1",
             "fix move powder nve/sphere",
             "thermo_modify lost ignore",
-            *(["fix stay base freeze", "neigh_modify exclude group base base"] if last < last + len(self.fixed) else []),
+            *(
+                ["fix stay base freeze", "neigh_modify exclude group base base"]
+                if last < last + len(self.fixed)
+                else []
+            ),
             *([] if self.base.rough else self.law.plane("plate", 0.0)),
             *self.law.funnel(self.funnel, folder),
             *self.law.plane("gate", self.funnel.bottom),

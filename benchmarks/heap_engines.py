@@ -157,14 +157,18 @@ def lines(cell: Cell, rows: pd.DataFrame) -> list[dict]:
 def summary(rows: pd.DataFrame) -> pd.DataFrame:
     """The table of all cells that have heaps, small ones last."""
     cells = list(dict.fromkeys([*CELLS, *(cell._replace(small=True) for cell in CELLS)]))
-    return pd.DataFrame([line for cell in cells if (rows["what"] == cell.what).any() for line in lines(cell, rows)]).round(2)
+    return pd.DataFrame(
+        [line for cell in cells if (rows["what"] == cell.what).any() for line in lines(cell, rows)]
+    ).round(2)
 
 
 def main() -> None:
     """Simulate what is missing and write both tables."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--heaps", type=int, default=12, metavar="N", help="of a cell; default 12")
-    parser.add_argument("--what", nargs="+", metavar="CELL", help="simulate the cells alone that have one of these words")
+    parser.add_argument(
+        "--what", nargs="+", metavar="CELL", help="simulate the cells alone that have one of these words"
+    )
     parser.add_argument("--small", action="store_true", help="500 grains in every cell")
     parser.add_argument("--results", type=Path, default=Path("results/checks"), metavar="FOLDER")
     given = parser.parse_args()

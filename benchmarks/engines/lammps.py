@@ -62,7 +62,9 @@ def impact(damper: float, share: float, step: float) -> float:
     speed, left = np.ones(PHASES), np.full(PHASES, np.nan)
     while np.isnan(left).any():
         spring = overlap**1.5
-        speed = speed - step * ((1 - share) * spring + np.maximum(0.0, share * spring + damper * np.sqrt(overlap) * speed))
+        speed = speed - step * (
+            (1 - share) * spring + np.maximum(0.0, share * spring + damper * np.sqrt(overlap) * speed)
+        )
         overlap = overlap + step * speed
         parted = (overlap <= 0) & np.isnan(left)
         left[parted] = -speed[parted]
@@ -78,7 +80,9 @@ def viscosity(restitution: float, share: float, step: float) -> float:
         high *= 1.2
         if high > STRONGEST:
             raise ValueError(f"restitution {restitution:g}: the time step is too long for its damper")
-    return float(brentq(lambda damper: impact(damper, share, step) - restitution, high / 1.2 if high > 0.5 else 1e-3, high))
+    return float(
+        brentq(lambda damper: impact(damper, share, step) - restitution, high / 1.2 if high > 0.5 else 1e-3, high)
+    )
 
 
 def gamma(restitution: float, share: float, young: float, radius: float, mass: float, step: float) -> float:
@@ -124,7 +128,9 @@ class Law:
         if pulls:
             return ["pair_style granular", f"pair_coeff * * {whole}"]
         spring = SHARE * 4 / 3 * young
-        damper = gamma(self.powder.pair.restitution, SHARE, young, self.powder.radius / 2, self.mass / 2, self.powder.time_step)
+        damper = gamma(
+            self.powder.pair.restitution, SHARE, young, self.powder.radius / 2, self.mass / 2, self.powder.time_step
+        )
         return [
             f"pair_style hybrid/overlay granular gran/hertz/history {spring:.9g} {spring:.9g} {damper:.9g} 0 0 1 limit_damping",
             f"pair_coeff * * granular {whole}",

@@ -20,7 +20,6 @@ import numpy as np
 
 from yade_scripts.apparatus import SEGMENTS, Funnel
 
-
 from .powder import Powder
 
 LIBRARY = "libliggghts.so.3"
