@@ -62,9 +62,10 @@ class EngineScene:
         law: str,
         time_step_fraction: float,
         rolling_spring: float,
-        *others,
+        *others: object,
     ):
-        *_, draw = others
+        draw = others[-1]
+        assert isinstance(draw, np.random.Generator)
         self.grains, self.funnel, self.base, self.powder = np.asarray(grains), funnel, base, powder
         self.mean_radius, smallest = float(self.grains.mean()), float(self.grains.min())
         self.mass = grain_mass(1.0, powder.density) * self.grains**3
@@ -204,10 +205,10 @@ class EngineScene:
 def heap(asked: dict, folder: Path) -> dict:
     """The rig's observables of one case, or the status of a heap that failed."""
     clock = SimpleNamespace(dt=0.0, time=0.0)
-    rig_imports = ModuleType("yade")  # of YADE the rig reads step and time here, and nothing else
-    rig_imports.O = clock  # type: ignore[attr-defined]
-    sys.modules["yade"] = rig_imports
-    repose.PowderScene = partial(EngineScene, asked["engine"], asked["switches"], folder, clock)  # type: ignore
+    stub = ModuleType("yade")  # of YADE the rig reads step and time here, and nothing else
+    stub.O = clock  # type: ignore[attr-defined]
+    sys.modules["yade"] = stub
+    repose.PowderScene = partial(EngineScene, asked["engine"], asked["switches"], folder, clock)
     try:
         return {"status": "ok"} | repose.simulate(asked["case"])
     except Failed as reason:

@@ -93,8 +93,8 @@ CELLS = [
     Cell("LAMMPS", 0.0, switches=(DAMPER_PULLS, TANGENTIAL_DAMPER)),
     *(Cell(engine, energy) for energy in (0.1, 0.2, 0.3) for engine in (YADE, "LAMMPS")),
     *(Cell("LAMMPS", 0.2, switches=(switch,)) for switch in (DMT, DAMPER_PULLS)),
-    *(Cell(YADE, energy, small=True) for energy in (0.0, 0.2)),
-    *(Cell("LAMMPS", energy, small=True, softness=softness) for softness in (1e-3, 1.0) for energy in (0.0, 0.2)),
+    *(Cell(engine, energy, small=True) for energy in (0.0, 0.1, 0.2, 0.3) for engine in (YADE, "LAMMPS")),
+    *(Cell("LAMMPS", energy, small=True, softness=1.0) for energy in (0.0, 0.1, 0.2, 0.3)),
 ]
 
 
