@@ -5,8 +5,9 @@ How its law differs from `cohesive_frictional` at equal grains:
 - Spring: Hertz's or Johnson, Kendall and Roberts', where ours is linear; along the contact Mindlin's 8 G* a, where ours is 0.83 of the
   linear one.
 - Cohesion: JKR's force, with our pull-off force (gamma = G/2). Its well is as deep as the soft contact makes it: at
-  G = 0.2 J/m2, e = 0.15 and a softness of 0.001 grains stick up to 0.6 m/s, which is nearly every impact of a heap; ours keep the
-  sticking speed of the stiff grain. Cells of full stiffness show what that is worth. Switch `dmt`: the pull-off force at any overlap (gamma = 3/8 G).
+  G = 0.2 J/m2, e = 0.15 and a softness of 0.001 grains stick up to 0.6 m/s, which is nearly every impact of a heap; at full stiffness
+  up to 0.05 m/s. Ours stick up to 0.006 m/s at any softness: they keep the sticking speed of a stiff linear contact, k = E R, whose
+  well is less deep than JKR's. Cells of full stiffness show what softness is worth. Switch `dmt`: the pull-off force at any overlap (gamma = 3/8 G).
 - Limits: mu (N + 2 F) and mu_r R (N + 2 F), as ours, at all times; ours in tension end at N = -F.
 - Damper: it only pushes, as ours, by a second pair style laid over the first, `gran/hertz/history` with `limit_damping` and SHARE of
   the stiffness. It goes with the root of the overlap, so that the restitution is the one asked for at AT_SPEED and depends on the speed
