@@ -178,10 +178,10 @@ def readings_lines(readings: pd.DataFrame) -> list[str]:
     ]
     for reading, rows in readings.groupby("reading", sort=False):
         first = rows.iloc[0]
-        digits = 2 if rows["standard_error_deg"].max() > 0.1 else 4
-        effects = "  ".join(f"{row.factor} {row.effect_deg:+.{digits}f}" for row in rows.itertuples())
-        scatter = "" if pd.isna(first["scatter_deg"]) else f", scatter {first['scatter_deg']:.{digits}f}"
-        lines.append(f"  {reading:24s} {effects}  +- {rows['standard_error_deg'].max():.{digits}f}{scatter}")
+        digits = 2 if rows["standard_error"].max() > 0.1 else 4
+        effects = "  ".join(f"{row.factor} {row.effect:+.{digits}f}" for row in rows.itertuples())
+        scatter = "" if pd.isna(first["scatter"]) else f", scatter {first['scatter']:.{digits}f}"
+        lines.append(f"  {reading:24s} {effects}  +- {rows['standard_error'].max():.{digits}f}{scatter}")
     return lines
 
 

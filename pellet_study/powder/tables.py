@@ -72,7 +72,7 @@ def effects_table(plan: Plan, found: plackett_burman.Screening, errors: Mapping[
 
 
 def readings_table(runs: pd.DataFrame, factors: list[Factor], measured: str, least: int) -> pd.DataFrame:
-    """Effects by each reading of the same heaps (deg): how far they are a matter of how a heap is read.
+    """Effects by each reading of the same heaps, in its unit: what each tells, and how far that is a matter of how a heap is read.
 
     `measured` is the reading that stands under the name of the angle. A row a reading and factor, with the scatter of that
     reading between heaps at one point. Left out are a reading that fewer than `least` heaps have, or heaps that do not
@@ -94,9 +94,9 @@ def readings_table(runs: pd.DataFrame, factors: list[Factor], measured: str, lea
             {
                 "reading": reading,
                 "factor": name,
-                "effect_deg": effect,
-                "standard_error_deg": 2 * errors[name],
-                "scatter_deg": scatter(read),
+                "effect": effect,
+                "standard_error": 2 * errors[name],
+                "scatter": scatter(read),
                 "heaps": len(read),
             }
             for name, effect in found.effects.items()

@@ -124,7 +124,7 @@ def test_the_chain_finds_a_setting_with_the_target_angle(powder, monkeypatch):
     for picture in ("screening/pareto.png", "climb/climb.png", "optimum/surface.png", "surface/predicted_observed.png"):
         assert (powder / picture).stat().st_size > 5000
     json.dumps(report.answer(chain.results), allow_nan=False)
-    readings = pd.read_csv(powder / "screening" / "readings.csv").set_index(["reading", "factor"])["effect_deg"]
+    readings = pd.read_csv(powder / "screening" / "readings.csv").set_index(["reading", "factor"])["effect"]
     for name in "BCG":  # the stub's flank is the angle and 2 deg, its moment half of it
         assert readings["repose_flank_deg", name] == pytest.approx(readings["repose_angle_deg", name])
         assert readings["repose_moment_deg", name] == pytest.approx(readings["repose_angle_deg", name] / 2)
