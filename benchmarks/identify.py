@@ -1,6 +1,6 @@
 """Powders whose parameters are known, calibrated by one reading of a pouring and by more: results/identify.
 
-    .venv/bin/python benchmarks/identify.py [--surface results/full] [--powders 6] [--heaps 6]
+    .venv/bin/python benchmarks/identify.py [--surface results/defined_base] [--powders 6] [--heaps 6]
 
 A powder is a setting of all seven parameters: those of the surface drawn in its box, the others in their ranges of Table 6. Its
 measurements are HEAPS pourings by our rig with seeds that no surface has, every second powder with grains three times as
@@ -60,6 +60,11 @@ def cases(plan: Plan, powder: dict[str, float], number: int, pourings: int) -> l
     ]
 
 
+def engine_of(number: int) -> str:
+    """What simulated a powder, in words."""
+    return "YADE, stiffer grains" if number % 2 else "YADE"
+
+
 def poured(
     plan: Plan, heaps: SurfaceHeaps, number: int, pourings: int, file: Path, workers: int | None
 ) -> pd.DataFrame:
@@ -71,7 +76,7 @@ def poured(
         for start in range(0, len(missing), 2):  # two at a time, so that what is done is kept
             batch = missing[start : start + 2]
             found = dispatch.run(batch, file.parent / ".store", workers=workers, quiet=True)
-            kept = found[["seed", "status", *ADDED]].assign(powder=k, engine="YADE", **powder)
+            kept = found[["seed", "status", *ADDED]].assign(powder=k, engine=engine_of(k), **powder)
             known = pd.concat([known, kept[["powder", "engine", *powder, "seed", "status", *ADDED]]], ignore_index=True)
             known.to_csv(file, index=False, lineterminator="\n")
     return known
@@ -135,7 +140,7 @@ def summary(table: pd.DataFrame, names: list[str]) -> pd.DataFrame:
 def main() -> None:
     """Pour what is missing, calibrate, write the tables and the figure."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--surface", type=Path, default=ROOT / "results" / "full", help="results of a chain")
+    parser.add_argument("--surface", type=Path, default=ROOT / "results" / "defined_base", help="results of a chain")
     parser.add_argument("--results", type=Path, default=ROOT / "results" / "identify")
     parser.add_argument("--powders", type=int, default=6)
     parser.add_argument("--heaps", type=int, default=6, help="pourings of a powder")
@@ -145,6 +150,8 @@ def main() -> None:
     decision: Surface = read_decision(asked.surface, "surface")
     units = {f.name: f.unit for f in plan.factors}
     heaps = heaps_in(asked.surface, asked.surface, decision, plan.observable, units)
+    if missing := [name for name in ADDED if name not in heaps.runs]:
+        parser.error(f"--surface {asked.surface}: its heaps were kept without {', '.join(missing)}")
     asked.results.mkdir(parents=True, exist_ok=True)
     all_of_them = poured(plan, heaps, asked.powders, asked.heaps, asked.results / "powders.csv", asked.workers)
     rows, names = [], [f.name for f in heaps.factors]
@@ -159,7 +166,7 @@ def main() -> None:
     print(short.to_string(index=False))
     first = all_of_them[all_of_them["powder"] == 0]
     found, alone = posteriors(heaps, measured(first))
-    figures.save({"shrinking": corner(found, alone, ADDED[0])}, asked.results)
+    figures.save({"shrinking": corner(found, alone, ADDED[0], found.recommended)}, asked.results)
 
 
 if __name__ == "__main__":

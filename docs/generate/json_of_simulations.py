@@ -74,7 +74,7 @@ OPTIMUM = {
     "joint.share_of_box_first": "of the first reading alone",
     "joint.distance": "least squared distance of the readings from the surfaces, in units of their scatter",
     "joint.distance_p": "its p; below 0.01 the readings contradict each other",
-    "joint.doubtful": "the reading without which the others agree best, where they contradict each other; else null",
+    "joint.doubtful": "the one reading without which the others do not contradict each other, where all do; else null",
     "joint.gains": "further readings, best first: `observable`, `n`, `sd`, `share_of_box` that would be left on average",
     "joint.heaps": "of the surfaces",
 }
@@ -98,7 +98,7 @@ ATTEMPT = {
     "outside": OPTIMUM["outside"],
     "bond_number": OPTIMUM["bond_number"],
     "others": "the other readings that were measured: `observable`, `mean`, `standard_error`, `measured`, `margin`, `p_tost`, "
-    "`equivalent`, `attainable`",
+    "`equivalent`, `p_difference`, `attainable`",
 }
 VALIDATION = {
     **ATTEMPT,

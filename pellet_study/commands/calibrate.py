@@ -99,6 +99,11 @@ def _run(arguments: argparse.Namespace) -> dict:
     _check(arguments, folder)
     study = study_of(arguments)
     plan = plan_of(study, arguments.contact_law)
+    if arguments.few and plan.others:
+        raise InputError(
+            f"--few meets one angle, but the measurements have {', '.join(one.observable for one in plan.others)} as well; leave "
+            "--few away, or take those rows out"
+        )
     _make(folder)
     assumed = _say_ranges(arguments, study, plan)
     heaps = _heaps(arguments, plan, folder)

@@ -13,6 +13,7 @@ from pellet_study.files import opening
 from pellet_study.powder.heaps import FULL
 from pellet_study.powder.plan import DEFAULT_LAW
 
+ALPHA = 0.05  # of the equivalence test, over all settings that are validated
 CONTRADICTED = 0.01  # p of the readings' distance from the surfaces below which they contradict each other
 
 
@@ -125,7 +126,7 @@ class Joint:
 
     `varied` are the factors that are not on the surface, each anywhere in its range. `share_of_box` is that of the smallest region which holds 95 % of the posterior, `share_of_box_first` that of the first
     reading alone; `distance` the least squared distance of the readings from the surfaces in units of their scatter,
-    `distance_p` its p; `doubtful` the reading without which the others agree best, where they contradict each other. `gains` are
+    `distance_p` its p; `doubtful` the one reading without which the others do not contradict each other, where all do. `gains` are
     further readings, best first. The surfaces are of `heaps`.
     """
 
@@ -181,6 +182,7 @@ class Checked:
     margin: float
     p_tost: float
     equivalent: bool
+    p_difference: float
     attainable: bool
 
 
@@ -211,6 +213,13 @@ class Attempt:
     outside: dict[str, str] = field(default_factory=dict)
     bond_number: float
     others: list[Checked] = field(default_factory=list)
+
+    @property
+    def beyond_showing(self) -> bool:
+        """Whether all that is not shown equivalent could not be, by any number of heaps, and does not differ either."""
+        every: list[Attempt | Checked] = [self, *self.others]
+        open_ones = [one for one in every if not one.equivalent]
+        return all(not one.attainable and one.p_difference > ALPHA for one in open_ones)
 
     @property
     def passed(self) -> bool:

@@ -94,10 +94,10 @@ def heaps(
 
 
 @styled
-def corner(found: Posterior, first: Posterior, alone: str) -> "Figure":
+def corner(found: Posterior, first: Posterior, alone: str, setting: np.ndarray) -> "Figure":
     """Each factor's posterior, and each pair's region that holds 95 % of it; paler those of the first reading, `alone`.
 
-    The star is the setting recommended.
+    The star is a setting (coded), that recommended.
     """
     factors, size = found.factors, len(found.factors)
     figure, panels = style.new_axes(2.2 * size, 2.0 * size + 0.5, nrows=size, ncols=size, squeeze=False)
@@ -119,7 +119,7 @@ def corner(found: Posterior, first: Posterior, alone: str) -> "Figure":
                 level = _level(height)
                 middle = [(edges[1:] + edges[:-1]) / 2 for edges in (across, up)]
                 axes.contourf(*middle, height.T, levels=[level, height.max() + level], colors=[color], alpha=0.75)
-            star = [factors[k].physical(found.recommended[k]) for k in (j, i)]
+            star = [factors[k].physical(setting[k]) for k in (j, i)]
             axes.plot(*star, "*", color="white", markeredgecolor="black", clip_on=False)
             axes.set_ylim(factors[i].low, factors[i].high)
         axes.tick_params(labelbottom=i == size - 1, labelleft=j == 0 and i > 0)

@@ -8,7 +8,7 @@ from scipy.special import chdtrc
 from pellet_study.doe.factors import Factor
 from pellet_study.errors import InputError
 from pellet_study.paper.designs import screening_factors
-from pellet_study.powder.plan import ANGLES, DEFAULT_LAW, READINGS, RIG, SYMBOLS, Plan, Reading
+from pellet_study.powder.plan import ANGLES, DEFAULT_LAW, OBSERVABLE, READINGS, RIG, SYMBOLS, Plan, Reading
 from pellet_study.rigs import on_yade
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import SCALINGS, Study
@@ -72,14 +72,17 @@ def refuse_law(study: Study, law: str) -> None:
 
 
 def measured_rows(study: Study) -> dict[str, list[Measurement]]:
-    """{observable: its rows}, all under one condition; the first angle of the file comes first, as it steers the chain.
+    """{observable: its rows}, all under one condition; the angle that steers the chain comes first.
+
+    That is `repose_angle_deg` where it was measured, else the first angle of the file.
 
     Raises
     ------
     InputError : no angle was measured, or the rows differ in their conditions or in what is known of them
     """
     rows = [r for r in study.rows if r.rig == RIG and r.observable in READINGS and r.split == "fit"]
-    steering = next((row.observable for row in rows if row.observable in ANGLES), None)
+    angles = [row.observable for row in rows if row.observable in ANGLES]
+    steering = OBSERVABLE if OBSERVABLE in angles else next(iter(angles), None)
     if steering is None:
         raise InputError(
             f"the measurements have no repose angle of the rig {RIG} ({', '.join(ANGLES)}); calibrate is steered by one"

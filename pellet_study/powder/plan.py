@@ -36,6 +36,7 @@ NAMES = {
     "G": "surface energy",
 }
 MEASURED = ("target_deg", "sd_deg", "n", "others")  # keys of a plan's record
+KNOWN = 1000  # readings whose scatter counts as known
 ONCE_FIXED = {"outlet_diameter_mm": 24.0, "lift_speed_mm_s": 30.0}  # conditions since 28 November 2026
 DEFAULT_LAW = laws.COHESIVE_FRICTIONAL
 IDLE = {laws.LOCAL_DAMPING: {"A": "the law has no restitution; A is an idle column, its effect an estimate of noise"}}
@@ -63,11 +64,13 @@ class Reading:
         """
         if self.n == 1:
             return validation.Sample(self.value)
+        if self.freedom == 0:  # a stated sd, taken as known
+            return validation.Sample(self.value, self.sd * (KNOWN / self.n) ** 0.5, KNOWN)
         return validation.Sample(self.value, self.sd * ((self.freedom + 1) / self.n) ** 0.5, self.freedom + 1)
 
     def attainable(self, level: float) -> bool:
         """Whether enough heaps could show equivalence at a level, within `sd`: the measured mean itself is known well enough."""
-        return self.n == 1 or stdtrit(self.freedom, 1 - level) * self.sd / self.n**0.5 < self.sd
+        return self.n == 1 or stdtrit(self.freedom or KNOWN, 1 - level) / self.n**0.5 < 1
 
 
 @dataclass(frozen=True)

@@ -41,7 +41,7 @@ class Block:
         pair of axes serves all points.
         """
         surfaces = self.responses
-        constant = self.covariance + surfaces.widening * np.diag(surfaces.misfit)
+        constant = self.covariance + surfaces.misfit
         sizes, axes = eigh(surfaces.widening * surfaces.scatter, constant)
         widths = 1 + surfaces.leverage(coded)[:, None] * sizes
         return (self.measured - surfaces.predict(coded)) @ axes / np.sqrt(widths), np.log(widths).sum(axis=1)
@@ -129,7 +129,8 @@ def posterior(blocks: Sequence[Block]) -> Posterior:
         logs, distances = log_density(blocks, coded)
         weights = np.exp(logs - logs.max())
         least = min(least, float(distances.min()))
-        low, high = _around(coded[logs > logs.max() - NEGLIGIBLE])
+        between = 2 * np.ptp(coded, axis=0) / len(coded) ** (1 / coded.shape[1])
+        low, high = _around(coded[logs > logs.max() - NEGLIGIBLE], between)
         smaller = float(np.prod((high - low) / 2))
         if zoom == ZOOMS or weights.sum() ** 2 / (weights**2).sum() >= ENOUGH or smaller > 0.9 * part:
             break
@@ -137,9 +138,9 @@ def posterior(blocks: Sequence[Block]) -> Posterior:
     return Posterior(blocks, coded, weights / weights.sum(), part, least)
 
 
-def _around(coded: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-    """Ends of the part of the box that holds settings, with some room."""
-    room = 0.1 * np.ptp(coded, axis=0) + 1e-3
+def _around(coded: np.ndarray, room: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Ends of the part of the box that holds settings, with some room: at least what lies between points."""
+    room = 0.1 * np.ptp(coded, axis=0) + room
     return np.maximum(coded.min(axis=0) - room, -1), np.minimum(coded.max(axis=0) + room, 1)
 
 

@@ -103,7 +103,9 @@ def drawn(chain: Chain) -> dict[str, dict[str, "Figure"]]:
         found["optimum"] = {"surface": figures.surface_contours(target.surface, target, "deg")}
         found["surface"] = {"predicted_observed": figures.predicted_observed(target.surface, "deg")}
     if identified := chain.identified:
-        found["optimum"]["corner"] = powder_figures.corner(identified.all, identified.first, results.plan.observable)
+        found["optimum"]["corner"] = powder_figures.corner(
+            identified.all, identified.first, results.plan.observable, identified.setting
+        )
     return found
 
 

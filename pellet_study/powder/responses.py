@@ -24,8 +24,8 @@ class Responses:
     coefficients : (terms, m)
     inverse : (terms, terms), (X'X)^-1
     scatter : (m, m) covariance of the readings of one heap about the surfaces, with `freedom` degrees of freedom
-    misfit : (m,) variance by which the true mean of a point lies off the quadratic, beyond what scatter explains; 0 where
-        points have no replicates
+    misfit : (m, m) covariance of what the true means of a point lie off the quadratics, beyond what scatter explains, widened
+        for the few points that tell it; 0 where points have no replicates
     heaps : n
     """
 
@@ -53,7 +53,7 @@ class Responses:
 
     def covariance(self, coded: np.ndarray) -> np.ndarray:
         """Covariance (points, m, m) of the errors of `predict`: of the coefficients, and of what the quadratic misses."""
-        return (self.leverage(coded)[:, None, None] * self.scatter + np.diag(self.misfit)) * self.widening
+        return self.leverage(coded)[:, None, None] * self.scatter * self.widening + self.misfit
 
     def leverage(self, coded: np.ndarray) -> np.ndarray:
         """x'(X'X)^-1 x (points,): variance of a predicted mean over that of a heap."""
@@ -74,7 +74,7 @@ class Responses:
             names=list(names),
             coefficients=self.coefficients[:, at],
             scatter=self.scatter[np.ix_(at, at)],
-            misfit=self.misfit[at],
+            misfit=self.misfit[np.ix_(at, at)],
         )
 
 
@@ -118,12 +118,16 @@ def fit(factors: list[Factor], names: Sequence[str], coded: np.ndarray, readings
 
 
 def _misfit(coded: np.ndarray, readings: np.ndarray, left: np.ndarray, terms: int) -> np.ndarray:
-    """Variance of the lack of fit by its mean square, (MS of lack of fit - MS of pure error) / heaps a point, at least 0."""
+    """Covariance of the lack of fit by mean squares, (lack of fit - pure error) / heaps a point, with no negative eigenvalue."""
     _, point, number = np.unique(coded.round(6), axis=0, return_inverse=True, return_counts=True)
     points, heaps = len(number), len(coded)
     if points <= terms or heaps <= points:
-        return np.zeros(readings.shape[1])
-    means = np.array([readings[point == k].mean(axis=0) for k in range(points)])
-    pure = ((readings - means[point.ravel()]) ** 2).sum(axis=0)
-    lack = (left**2).sum(axis=0) - pure
-    return np.maximum(lack / (points - terms) - pure / (heaps - points), 0) * points / heaps
+        return np.zeros((readings.shape[1], readings.shape[1]))
+    means = np.array([readings[point.ravel() == k].mean(axis=0) for k in range(points)])
+    within = readings - means[point.ravel()]
+    pure = within.T @ within
+    excess = (left.T @ left - pure) / (points - terms) - pure / (heaps - points)
+    size = np.sqrt(np.maximum(np.diag(pure), 1e-300))
+    value, axes = np.linalg.eigh(excess / np.outer(size, size))
+    kept = (axes * np.maximum(value, 0)) @ axes.T * np.outer(size, size)
+    return widening(points - terms) * kept * points / heaps

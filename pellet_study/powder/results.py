@@ -67,7 +67,9 @@ class Results:
 
     def home(self, stage: str) -> Path | None:
         """The folder whose decision of a stage counts: this chain's, else the one it reads; None where neither has it."""
-        folders = (self.folder, None if self.any_target and stage in OF_A_TARGET else self.decisions_from)
+        folders: tuple[Path | None, ...] = (self.folder, self.decisions_from)
+        if self.any_target:
+            folders = (self.folder,) if stage in OF_A_TARGET else (self.decisions_from,)
         return next((f for f in folders if f is not None and decision_file(f, stage).exists()), None)
 
     def differs(self, folder: Path, stage: str) -> str:

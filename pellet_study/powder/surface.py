@@ -124,11 +124,11 @@ def meet_target(plan: Plan, results: Results) -> tuple[Optimum, optimum.TargetSe
     """
     fitted = refitted(results)
     target = optimum.target_set(fitted, plan.target, plan.sd)
-    found = identify(plan, results)
+    found = identify(plan, results, target.coded)
     physical, prediction, rule = target.physical, target.prediction, target.rule_in_words
     if plan.others:
-        physical = {f.name: float(f.physical(x)) for f, x in zip(found.all.factors, found.all.recommended, strict=True)}
-        prediction, rule = interval(fitted.model, found.all.recommended), RULE
+        physical = {f.name: float(f.physical(x)) for f, x in zip(found.all.factors, found.setting, strict=True)}
+        prediction, rule = interval(fitted.model, found.setting), RULE
     point = {f.name: f.centre for f in plan.factors} | physical
     decision = Optimum(
         point=point,

@@ -71,6 +71,8 @@ def _validation(decision: Validation) -> str:
             f"; {one.observable} {number(one.mean)} +- {number(one.standard_error, 2)}, measured {number(one.measured)}: "
             f"{'equivalent' if one.equivalent else 'not shown equivalent'} within {number(one.margin, 2)}"
         )
+        if not one.equivalent and not one.attainable:
+            words += ", which is of so few readings that no number of heaps could show it"
     if len(attempts) > 1:
         gone = sum(one.lost for one in attempts)
         setting = levels(decision.point, decision.factors, decision.outside)
@@ -119,6 +121,7 @@ def curvature(decision: Screening) -> str:
 
 
 SHOWN = 3  # further readings
+CLEARLY = 0.97  # of the share that is left: less is the error of a mean over some made-up readings
 
 
 def contradiction(joint: Joint) -> str:
@@ -129,7 +132,7 @@ def contradiction(joint: Joint) -> str:
         if one.out_of_reach
     ]
     if not words and joint.contradictory:
-        without = f"; without {joint.doubtful} the others agree best" if joint.doubtful else ""
+        without = f"; without {joint.doubtful} the others agree" if joint.doubtful else ""
         words = [f"the readings contradict each other in the box (p {probability(joint.distance_p)}){without}"]
     return f"; but {'; '.join(words)}" if words else ""
 
@@ -164,7 +167,7 @@ def anywhere(joint: Joint) -> str:
 
 def next_words(joint: Joint) -> str:
     """Which further readings would shrink the set most, in a sentence."""
-    would = [gain for gain in joint.gains if gain.share_of_box < joint.share_of_box][:SHOWN]
+    would = [gain for gain in joint.gains if gain.share_of_box < CLEARLY * joint.share_of_box][:SHOWN]
     if not would:
         return "No further reading of this pouring would shrink that."
     names = [one.observable for one in joint.readings]

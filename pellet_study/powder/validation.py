@@ -8,7 +8,8 @@ import pandas as pd
 from scipy.special import stdtrit
 
 from pellet_study.doe import margins, validation
-from pellet_study.powder.decisions import Attempt, Checked, Optimum, Validation
+from pellet_study.errors import SimulationError
+from pellet_study.powder.decisions import ALPHA, Attempt, Checked, Optimum, Validation
 from pellet_study.powder.heaps import SEEDS_A_TRY, SEEDS_OF_READ, Heaps, lost_of, point_at
 from pellet_study.powder.identified import corrected_setting
 from pellet_study.powder.plan import OBSERVABLE, Plan, Reading, bond
@@ -16,7 +17,6 @@ from pellet_study.powder.results import Results
 from pellet_study.powder.surface import refitted
 
 LEAST_GAIN = 0.1  # share of what the heaps miss below which a correction inside the box is not worth new heaps
-ALPHA = 0.05  # of the equivalence test, over all settings that are validated
 
 
 def validate(heaps: Heaps, results: Results) -> Validation:
@@ -40,7 +40,7 @@ def validate(heaps: Heaps, results: Results) -> Validation:
         attempts.append(judged(heaps, results, runs, point))
         if attempts[-1].passed or len(attempts) == heaps.sizes.attempts:
             break
-        if not attempts[-1].attainable and attempts[-1].p_difference > ALPHA:
+        if attempts[-1].beyond_showing:
             break
         better = corrected(heaps, results, point, attempts[-1])
         if nothing_nearer := better is None:
@@ -76,6 +76,8 @@ def enough_heaps(heaps: Heaps, point: Mapping[str, float], first: int) -> pd.Dat
         runs = heaps.at("validation", [point] * number, first=first)
         good = runs[runs["verdict"] == "ok"]
         error = error_of(good[OBSERVABLE])
+        if any(good[o.observable].notna().sum() < 2 for o in heaps.plan.others):
+            return runs  # none of more heaps would have it
         wanted = max(
             [error / sizes.wanted_error, *(error_of(good[o.observable]) / (o.sd / 4) for o in heaps.plan.others)]
         )
@@ -110,6 +112,12 @@ def judged(heaps: Heaps, results: Results, runs: pd.DataFrame, point: Mapping[st
     """The mean of heaps at a setting against the measured angle, and against what else was measured."""
     plan, level = heaps.plan, ALPHA / heaps.sizes.attempts
     whole = heaps.good(runs, "validation", 2)
+    for one in plan.others:
+        if whole[one.observable].notna().sum() < 2:
+            raise SimulationError(
+                f"{one.observable} was measured, but fewer than two of the {len(whole)} heaps at the setting have it; take its row "
+                "out of the measurements"
+            )
     good, target = whole[OBSERVABLE], plan.target
     tested = validation.equivalence(validation.sample_of(good), plan.angle.sample, plan.margin, alpha=level)
     mean, error = float(good.mean()), float(good.std(ddof=1) / np.sqrt(len(good)))
@@ -149,6 +157,7 @@ def checked(reading: Reading, found: pd.Series, level: float) -> Checked:
         margin=reading.sd,
         p_tost=tested.p,
         equivalent=tested.equivalent,
+        p_difference=tested.p_difference,
         attainable=reading.attainable(level),
     )
 
@@ -156,9 +165,15 @@ def checked(reading: Reading, found: pd.Series, level: float) -> Checked:
 def corrected(heaps: Heaps, results: Results, point: Mapping[str, float], attempt: Attempt) -> dict[str, float] | None:
     """The setting moved by what its heaps miss; None where the box leaves no way."""
     if heaps.plan.others:
-        heaps.say("  validation: not all readings are shown to be met; the setting is corrected and validated anew")
         means = [attempt.mean_deg, *(one.mean for one in attempt.others)]
-        return {**point, **corrected_setting(heaps.plan, results, point, means)}
+        nearer = corrected_setting(heaps.plan, results, point, means)
+        then = (
+            "the box has nothing that agrees better"
+            if nearer is None
+            else "the setting is corrected and validated anew"
+        )
+        heaps.say(f"  validation: not all readings are shown to be met; {then}")
+        return None if nearer is None else {**point, **nearer}
     mean = attempt.mean_deg
     fitted = refitted(results)
     factors = fitted.table.factors

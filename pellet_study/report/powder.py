@@ -4,6 +4,7 @@ from itertools import combinations
 from math import isclose
 from pathlib import Path
 
+import numpy as np
 import pandas as pd
 
 from pellet_study.doe import box_behnken, figures, optimum, plackett_burman
@@ -245,7 +246,7 @@ def _optimum(folder: Path, measured: Measured) -> Stage | None:
         + f" {next_words(joint)}"
     ]
     if against := contradiction(joint):
-        words.insert(0, against.removeprefix("; but ").capitalize() + ".")
+        words.insert(0, f"But {against.removeprefix('; but ')}.")
     rows = [
         [
             k.factor,
@@ -273,7 +274,7 @@ def _optimum(folder: Path, measured: Measured) -> Stage | None:
         found, first = posteriors(box, readings)
         pictures = [
             picture(
-                corner(found, first, names[0]),
+                corner(found, first, names[0], np.array([f.coded(decision.point[f.name]) for f in found.factors])),
                 "what the readings tell of each pair of factors",
                 "Regions that hold 95 % of the posterior; star: the setting recommended.",
             )
@@ -313,6 +314,13 @@ def _validation(folder: Path, measured: Measured) -> Stage:
         words += " The setting is not corrected, as along the gradient the box has nothing nearer."
     low, high = d.error_interval_percent
     equivalent = "equivalent" if d.equivalent else "not shown equivalent"
+    beside = "".join(
+        f" {one.observable} {number(one.mean)} ± {number(one.standard_error, 2)}, measured {number(one.measured)}: "
+        f"{'equivalent' if one.equivalent else 'not shown equivalent'} within {number(one.margin, 2)}, its sd."
+        for one in d.others
+    )
+    failed = [one.observable for one in d.others if not one.equivalent]
+    but = f", but {', '.join(failed)} not" if failed and d.equivalent else ""
     return Stage(
         kind="validation",
         heading="Powder: validation",
@@ -320,11 +328,11 @@ def _validation(folder: Path, measured: Measured) -> Stage:
             f"At the setting found, with seeds nobody has used: {words} Mean {d.mean_deg:.2f} ± "
             f"{d.standard_error_deg:.2f} deg over the {len(good)} heaps there that gave an angle, measured {d.measured_deg:g}: error {d.error_percent:.2f} % "
             f"(95 % {low:+.2f} to {high:+.2f} %); {equivalent} within "
-            f"{d.margin_deg:g} deg, stated beforehand (two one-sided tests, p {probability(d.p_tost)})."
+            f"{d.margin_deg:g} deg, stated beforehand (two one-sided tests, p {probability(d.p_tost)}){but}.{beside}"
         ],
         short=(
             f"Powder: {d.mean_deg:.2f} ± {d.standard_error_deg:.2f} deg at the setting found ({len(good)} heaps), measured {d.measured_deg:g}: "
-            f"error {d.error_percent:.2f} % (95 % {low:+.2f} to {high:+.2f} %), {equivalent} within {d.margin_deg:g} deg."
+            f"error {d.error_percent:.2f} % (95 % {low:+.2f} to {high:+.2f} %), {equivalent} within {d.margin_deg:g} deg{but}."
         ),
         pictures=[
             picture(

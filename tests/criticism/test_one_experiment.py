@@ -101,7 +101,7 @@ def test_the_interval_of_a_constant_is_as_wide_as_readings_that_scatter_together
 
 
 def test_rows_held_out_of_one_heap_count_together(tmp_path, simulated):
-    """Both readings of a heap off by 1.5 standard errors to the same side are one heap off, not two."""
+    """Both readings of a heap off by 2.2 standard errors to the same side are one heap off, not two."""
     off = np.zeros((4, 2))
     off[3] = 2.2
     split = ("fit", "fit", "fit", "holdout")
