@@ -24,6 +24,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
+from engines.liggghts import write_facets
 from repose_checks import MIDDLE
 
 from pellet_study.rigs import on_yade
@@ -92,20 +93,6 @@ def grains(case: dict) -> tuple[np.ndarray, np.ndarray, np.ndarray, apparatus.Fu
     y = sin(turn) * places[:, 0] + cos(turn) * places[:, 1]
     speeds = powder_scene.FASTEST_START * draw.uniform(-1, 1, (number, 3))
     return radii, np.column_stack([x, y, places[:, 2]]), speeds, funnel
-
-
-def stl(file: Path, rings: list[tuple[float, float, float, float]]) -> None:
-    """Rings of two triangles a facet between (radius, radius, height, height): the rig's funnel."""
-    lines = ["solid steel"]
-    around = 2 * pi * np.arange(apparatus.SEGMENTS + 1) / apparatus.SEGMENTS
-    for low, high, bottom, top in rings:
-        for a, b in zip(around, around[1:], strict=False):
-            corners = [(r * cos(t), r * sin(t), z) for r, z in ((low, bottom), (high, top)) for t in (a, b)]
-            for three in ((0, 1, 2), (1, 3, 2)):
-                lines += ["facet normal 0 0 0", "outer loop"]
-                lines += ["vertex " + " ".join(f"{v:.9e}" for v in corners[c]) for c in three]
-                lines += ["endloop", "endfacet"]
-    file.write_text("\n".join([*lines, "endsolid steel", ""]))
 
 
 def energy_density(pull_off: float, young: float, effective_radius: float) -> float:
@@ -221,7 +208,7 @@ def script(case: dict, radius: float, bottom: float, option: str) -> str:
 def twin(case: dict, folder: Path, option: str = "") -> dict:
     """One heap by LIGGGHTS, with a further option of its contact model."""
     radii, places, speeds, funnel = grains(case)
-    stl(
+    write_facets(
         folder / "funnel.stl",
         [
             (funnel.outlet, funnel.width, funnel.bottom, funnel.bottom + funnel.cone),

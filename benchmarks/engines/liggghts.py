@@ -73,7 +73,7 @@ class Law:
         rings = [(funnel.width, funnel.width, joint, top)]
         if funnel.cone > 0:
             rings.append((funnel.outlet, funnel.width, funnel.bottom, joint))
-        _write_facets(folder / "funnel.stl", rings)
+        write_facets(folder / "funnel.stl", rings)
         return [
             f"fix funnel all mesh/surface file {folder / 'funnel.stl'} type 2 curvature 1e-6",
             f"fix funnel_wall powder wall/gran {self.model} mesh n_meshes 1 meshes funnel {self.option}",
@@ -96,7 +96,7 @@ def _of_pairs(name: str, grains: float, wall: float) -> str:
     return f"fix {name} all property/global {name} peratomtypepair 2 {grains:.9g} {wall:.9g} {wall:.9g} {wall:.9g}"
 
 
-def _write_facets(file: Path, rings: list[tuple[float, float, float, float]]) -> None:
+def write_facets(file: Path, rings: list[tuple[float, float, float, float]]) -> None:
     """Rings of two triangles a facet between (radius, radius, height, height), as STL."""
     lines = ["solid steel"]
     around = 2 * pi * np.arange(SEGMENTS + 1) / SEGMENTS

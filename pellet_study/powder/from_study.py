@@ -8,7 +8,7 @@ from scipy.special import chdtrc
 from pellet_study.doe.factors import Factor
 from pellet_study.errors import InputError
 from pellet_study.paper.designs import screening_factors
-from pellet_study.powder.plan import ANGLES, DEFAULT_LAW, OBSERVABLE, READINGS, RIG, SYMBOLS, Plan, Reading
+from pellet_study.powder.plan import ANGLES, DEFAULT_LAW, READINGS, RIG, SYMBOLS, Plan, Reading, steering
 from pellet_study.rigs import on_yade
 from pellet_study.study.measurements import Measurement
 from pellet_study.study.study import SCALINGS, Study
@@ -81,9 +81,8 @@ def measured_rows(study: Study) -> dict[str, list[Measurement]]:
     InputError : no angle was measured, or the rows differ in their conditions or in what is known of them
     """
     rows = [r for r in study.rows if r.rig == RIG and r.observable in READINGS and r.split == "fit"]
-    angles = [row.observable for row in rows if row.observable in ANGLES]
-    steering = OBSERVABLE if OBSERVABLE in angles else next(iter(angles), None)
-    if steering is None:
+    angle = steering(row.observable for row in rows)
+    if angle is None:
         raise InputError(
             f"the measurements have no repose angle of the rig {RIG} ({', '.join(ANGLES)}); calibrate is steered by one"
         )
@@ -95,7 +94,7 @@ def measured_rows(study: Study) -> dict[str, list[Measurement]]:
         raise InputError(
             "calibrate meets readings of one pouring, but the rows differ in what is known of them; use compare"
         )
-    names = dict.fromkeys([steering, *(row.observable for row in rows)])
+    names = dict.fromkeys([angle, *(row.observable for row in rows)])
     return {name: [row for row in rows if row.observable == name] for name in names}
 
 

@@ -1,6 +1,6 @@
 """The plan of a powder calibration: the seven factors of the source paper, what stays, and the angle to meet."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -153,6 +153,12 @@ class Plan:
                 whose = "study.toml" if f.name in self.own else "the source paper's Table 6"
                 found[f.name] = f"outside the range {f.low:g} to {f.high:g} of {whose}"
         return found
+
+
+def steering(observables: Iterable[str]) -> str | None:
+    """Which angle of those measured steers the chain: `repose_angle_deg`, else the first; None where there is none."""
+    angles = [name for name in observables if name in ANGLES]
+    return OBSERVABLE if OBSERVABLE in angles else next(iter(angles), None)
 
 
 def with_conditions(record: Mapping[str, Any]) -> dict[str, Any]:

@@ -24,7 +24,7 @@ from pellet_study.powder.decisions import (
 )
 from pellet_study.powder.figures import climb, corner, heaps
 from pellet_study.powder.identified import heaps_in, posteriors
-from pellet_study.powder.plan import ANGLES, NAMES, OBSERVABLE, RIG, SYMBOLS, Reading, differences
+from pellet_study.powder.plan import NAMES, OBSERVABLE, RIG, SYMBOLS, Reading, differences, steering
 from pellet_study.powder.tables import errors_of, surface_of, table_of
 from pellet_study.powder.text import (
     anywhere,
@@ -44,11 +44,12 @@ Measured = tuple[float, float | None] | None  # the angle and its standard devia
 
 
 def measured_angle(study: Study) -> Measured:
-    """The mean of the study's repose angles (those read as the first is) and the root of their mean variance (deg), None where none was measured."""
-    angles = [row for row in study.rows if row.rig == RIG and row.observable in ANGLES and row.split == "fit"]
+    """The mean of the study's angle that steers and the root of its mean variance (deg), None where none was measured."""
+    rows = [row for row in study.rows if row.rig == RIG and row.split == "fit"]
+    angle = steering(row.observable for row in rows)
+    angles = [row for row in rows if row.observable == angle]
     if not angles:
         return None
-    angles = [row for row in angles if row.observable == angles[0].observable]
     value = sum(row.n * row.value for row in angles) / sum(row.n for row in angles)
     sds = [row.sd for row in angles if row.sd is not None]
     return value, (sum(sd**2 for sd in sds) / len(sds)) ** 0.5 if sds else None

@@ -22,7 +22,7 @@ from pellet_study.powder.gains import Further, expected_share
 from pellet_study.powder.plan import SYMBOLS, Reading
 from pellet_study.powder.posterior import Block, posterior
 from pellet_study.powder.text import joint_lines
-from pellet_study.report.powder import powder_stages
+from pellet_study.report.powder import measured_angle, powder_stages
 from pellet_study.study import load
 from tests.powder.test_chain import SLOPES, Formula, work_of
 
@@ -335,6 +335,7 @@ def test_the_angle_that_is_the_triangle_steers_wherever_it_stands(several, monke
     (several / "measurements.csv").write_text(text)
     plan = plan_of(load(several))
     assert (plan.observable, [one.observable for one in plan.others]) == ("repose_angle_deg", ["repose_flank_deg"])
+    assert measured_angle(load(several)) == (41.4, 0.8)  # the report's, too
     heaps, results = work_of(several, Pouring(), monkeypatch)
     decided = Chain(heaps, results).run()
     assert decided["validation"].others[0].mean == pytest.approx(decided["validation"].mean_deg + 2, abs=1e-6)
