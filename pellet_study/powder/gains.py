@@ -1,7 +1,5 @@
 """What a further reading would tell: the share of the box that would be left, by readings that the surfaces make up."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from pellet_study.powder.posterior import LEVEL, Block, Posterior, region_share
@@ -9,21 +7,10 @@ from pellet_study.powder.posterior import LEVEL, Block, Posterior, region_share
 TRUTHS = 200  # settings drawn from the posterior, each with a made-up reading
 
 
-@dataclass(frozen=True)
-class Further:
-    """A reading that could be taken as well.
+def expected_share(found: Posterior, further: Block, level: float = LEVEL, seed: int = 0) -> float:
+    """Share of the box that the region of `level` would take on average, were the last reading of `further` taken.
 
-    `block` has it as its last one: its surfaces and its scatter, with a measured value that does not count yet. `within` is
-    the place of the block of the same heaps among those of the posterior, None where its heaps are others.
-    """
-
-    block: Block
-    within: int | None
-
-
-def expected_share(found: Posterior, further: Further, level: float = LEVEL, seed: int = 0) -> float:
-    """Share of the box that the region of `level` would take on average, were the further reading taken.
-
+    `further` has the readings of the posterior, and one more: its surfaces and scatter, a measured value that does not count.
     A truth is drawn from the posterior, a reading from what the surfaces say of it there, given the readings of the same
     heaps; and the posterior weighed anew.
     """
@@ -46,13 +33,11 @@ def _share_after(
     return region_share(np.sort(weights)[::-1] / weights.sum(), level) * len(weights) / points
 
 
-def _told(found: Posterior, further: Further) -> tuple[np.ndarray, np.ndarray]:
+def _told(found: Posterior, further: Block) -> tuple[np.ndarray, np.ndarray]:
     """Mean and variance (points,) of the further reading at each point, given those of the same heaps."""
-    block = further.block
-    predicted, whole = block.responses.predict(found.coded), block.covariance + block.responses.covariance(found.coded)
-    if further.within is None:
-        return predicted[:, -1], whole[:, -1, -1]
-    known = found.blocks[further.within].measured - predicted[:, :-1]
+    predicted = further.responses.predict(found.coded)
+    whole = further.covariance + further.responses.covariance(found.coded)
+    known = found.block.measured - predicted[:, :-1]
     shared = np.linalg.solve(whole[:, :-1, :-1], whole[:, :-1, -1:])[..., 0]
     mean = predicted[:, -1] + (shared * known).sum(axis=1)
     return mean, whole[:, -1, -1] - (shared * whole[:, :-1, -1]).sum(axis=1)

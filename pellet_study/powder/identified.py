@@ -17,7 +17,7 @@ from pellet_study.doe.factors import Factor
 from pellet_study.errors import SimulationError
 from pellet_study.files import opening
 from pellet_study.powder.decisions import CONTRADICTED, Gain, Joint, Known, Met, Surface
-from pellet_study.powder.gains import Further, expected_share
+from pellet_study.powder.gains import expected_share
 from pellet_study.powder.plan import OBSERVABLE, OTHER_READINGS, SYMBOLS, Plan, Reading
 from pellet_study.powder.posterior import Block, Posterior, log_density, posterior
 from pellet_study.powder.responses import Responses, fit, widening
@@ -107,7 +107,7 @@ def identify(plan: Plan, results: Results, of_angle: np.ndarray) -> Identified:
     """
     heaps, readings = surface_heaps(plan, results), plan.readings
     found, alone = posteriors(heaps, readings)
-    setting = posterior([_block(heaps, readings, others=False)]).recommended if plan.others else of_angle
+    setting = posterior(_block(heaps, readings, others=False)).recommended if plan.others else of_angle
     joint = Joint(
         readings=_met(found, readings, setting),
         known=_known(found),
@@ -118,7 +118,7 @@ def identify(plan: Plan, results: Results, of_angle: np.ndarray) -> Identified:
         distance_p=_contradiction(found),
         doubtful=None,
         gains=_gains(heaps, readings, found),
-        heaps=found.blocks[0].responses.heaps,
+        heaps=found.block.responses.heaps,
     )
     if joint.contradictory:
         joint = replace(joint, doubtful=_doubtful(heaps, readings))
@@ -136,9 +136,9 @@ def corrected_setting(
     block = _block(heaps, plan.readings, others=False)
     coded = np.array([[f.coded(point[f.name]) for f in heaps.factors]])
     raised = block.responses.moved(np.asarray(means) - block.responses.predict(coded)[0])
-    found = posterior([replace(block, responses=raised)])
-    here = float(log_density(found.blocks, coded)[1][0])
-    there = float(log_density(found.blocks, found.recommended[None, :])[1][0])
+    found = posterior(replace(block, responses=raised))
+    here = float(log_density(found.block, coded)[1][0])
+    there = float(log_density(found.block, found.recommended[None, :])[1][0])
     if here - there < LEAST_GAIN * here:
         return None
     return {f.name: float(f.physical(x)) for f, x in zip(heaps.factors, found.recommended, strict=True)}
@@ -146,8 +146,8 @@ def corrected_setting(
 
 def posteriors(heaps: SurfaceHeaps, readings: Sequence[Reading]) -> tuple[Posterior, Posterior]:
     """What heaps say of the factors by all readings, and by the first alone."""
-    found = posterior([_block(heaps, readings)])
-    return found, found if len(readings) == 1 else posterior([_block(heaps, readings[:1])])
+    found = posterior(_block(heaps, readings))
+    return found, found if len(readings) == 1 else posterior(_block(heaps, readings[:1]))
 
 
 def surface_heaps(plan: Plan, results: Results) -> SurfaceHeaps:
@@ -232,7 +232,7 @@ def _doubtful(heaps: SurfaceHeaps, readings: Sequence[Reading]) -> str | None:
     if len(readings) == 1:
         return None
     left = [[one for one in readings if one is not without] for without in readings]
-    agree = [_contradiction(posterior([_block(heaps, few)])) >= CONTRADICTED for few in left]
+    agree = [_contradiction(posterior(_block(heaps, few))) >= CONTRADICTED for few in left]
     return readings[agree.index(True)].observable if sum(agree) == 1 else None
 
 
@@ -241,7 +241,7 @@ def _contradiction(found: Posterior) -> float:
 
     A factor moves as many readings as the whitened predictions have directions that change by more than 1 over half its range.
     """
-    block, best = found.blocks[0], found.best
+    block, best = found.block, found.best
     steps = np.vstack([best, best + STEP * np.eye(len(best)), best - STEP * np.eye(len(best))])
     white, _ = block.whitened(steps)
     slopes = (white[1 : 1 + len(best)] - white[1 + len(best) :]) / (2 * STEP)
@@ -251,7 +251,7 @@ def _contradiction(found: Posterior) -> float:
 
 def _met(found: Posterior, readings: Sequence[Reading], setting: np.ndarray) -> list[Met]:
     """How each reading is met at a setting (coded), and what the box gives of it."""
-    block = found.blocks[0]
+    block = found.block
     predicted = block.responses.predict(setting[None, :])[0]
     errors = np.sqrt(np.diag(block.responses.covariance(setting[None, :])[0]))
     measured = np.sqrt(np.diag(measured_covariance(readings, block.responses.scatter)))
@@ -311,7 +311,7 @@ def _gains(heaps: SurfaceHeaps, readings: Sequence[Reading], found: Posterior) -
             gains.append(_gain(new, found, _block(heaps, [*readings, new])))
         except SimulationError:  # too few heaps have it beside the others: it is not proposed
             continue
-    known = measured_covariance(readings, found.blocks[0].responses.scatter)
+    known = measured_covariance(readings, found.block.responses.scatter)
     for one in readings:
         new = replace(one, value=np.nan, n=MORE * one.n)
         again = np.pad(known, (0, 1))
@@ -322,5 +322,5 @@ def _gains(heaps: SurfaceHeaps, readings: Sequence[Reading], found: Posterior) -
 
 def _gain(new: Reading, found: Posterior, block: Block) -> Gain:
     """What a new reading, the last of a block, would leave."""
-    share = expected_share(found, Further(block, 0))
+    share = expected_share(found, block)
     return Gain(observable=new.observable, n=new.n, sd=new.sd, share_of_box=share)

@@ -8,7 +8,6 @@ likely before as another, the density at a setting is
 The box is filled with Sobol points, each weighted by this density: no chain has to converge, and the same call gives the same numbers.
 """
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 
@@ -53,14 +52,14 @@ class Posterior:
 
     Attributes
     ----------
-    blocks : the readings and surfaces that it is of
+    block : the readings and surfaces that it is of
     coded : (points, k), evenly spread over a part of the box
     weights : (points,), of sum 1
     part : share of the box that the points fill; outside of it the density is negligible
     distance : least squared distance of the readings from the surfaces over the box, in units of their joint scatter
     """
 
-    blocks: Sequence[Block]
+    block: Block
     coded: np.ndarray
     weights: np.ndarray
     part: float
@@ -69,7 +68,7 @@ class Posterior:
     @property
     def factors(self) -> list[Factor]:
         """The factors, in the order of the coded columns."""
-        return self.blocks[0].responses.factors
+        return self.block.responses.factors
 
     @cached_property
     def order(self) -> np.ndarray:
@@ -99,7 +98,7 @@ class Posterior:
 
     def holds(self, setting: np.ndarray, level: float = LEVEL) -> bool:
         """Whether a coded setting (k,) lies in that region."""
-        logs = log_density(self.blocks, np.vstack([setting, self.best]))[0]
+        logs = log_density(self.block, np.vstack([setting, self.best]))[0]
         least = self.weights[self.region(level)].min()
         return bool(logs[0] - logs[1] >= np.log(least / self.weights.max()))
 
@@ -111,22 +110,18 @@ class Posterior:
         low, high = (float(self.factors[factor].physical(x)) for x in ends)
         return low, high
 
-    def draws(self, number: int, seed: int = 0) -> np.ndarray:
-        """Coded settings (number, k) drawn from it."""
-        return self.coded[np.random.default_rng(seed).choice(len(self.weights), number, p=self.weights)]
-
 
 def region_share(weights: np.ndarray, level: float = LEVEL) -> float:
     """Share of the points that hold `level` of the weight; the weights largest first, of sum 1."""
     return float((1 + np.searchsorted(np.cumsum(weights), level)) / len(weights))
 
 
-def posterior(blocks: Sequence[Block]) -> Posterior:
-    """The settings of the box by how well they agree with the readings of all blocks; the blocks have the same factors."""
-    spread = coded_box.sample(len(blocks[0].responses.factors))
+def posterior(block: Block) -> Posterior:
+    """The settings of the box by how well they agree with the readings."""
+    spread = coded_box.sample(len(block.responses.factors))
     coded, part, least = spread, 1.0, np.inf
     for zoom in range(ZOOMS + 1):
-        logs, distances = log_density(blocks, coded)
+        logs, distances = log_density(block, coded)
         weights = np.exp(logs - logs.max())
         least = min(least, float(distances.min()))
         between = 2 * np.ptp(coded, axis=0) / len(coded) ** (1 / coded.shape[1])
@@ -135,7 +130,7 @@ def posterior(blocks: Sequence[Block]) -> Posterior:
         if zoom == ZOOMS or weights.sum() ** 2 / (weights**2).sum() >= ENOUGH or smaller > 0.9 * part:
             break
         coded, part = low + (spread + 1) / 2 * (high - low), smaller
-    return Posterior(blocks, coded, weights / weights.sum(), part, least)
+    return Posterior(block, coded, weights / weights.sum(), part, least)
 
 
 def _around(coded: np.ndarray, room: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -144,12 +139,8 @@ def _around(coded: np.ndarray, room: np.ndarray) -> tuple[np.ndarray, np.ndarray
     return np.maximum(coded.min(axis=0) - room, -1), np.minimum(coded.max(axis=0) + room, 1)
 
 
-def log_density(blocks: Sequence[Block], coded: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+def log_density(block: Block, coded: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     """Logarithm of the density (points,), but for a constant, and the squared distance of the readings (points,)."""
-    logs, distances = np.zeros(len(coded)), np.zeros(len(coded))
-    for block in blocks:
-        white, size = block.whitened(coded)
-        squared = (white**2).sum(axis=1)
-        logs -= (squared + size) / 2
-        distances += squared
-    return logs, distances
+    white, size = block.whitened(coded)
+    squared = (white**2).sum(axis=1)
+    return -(squared + size) / 2, squared

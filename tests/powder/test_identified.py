@@ -18,7 +18,7 @@ from pellet_study.powder.chain import Chain
 from pellet_study.powder.decisions import read_decision
 from pellet_study.powder.figures import corner
 from pellet_study.powder.from_study import plan_of
-from pellet_study.powder.gains import Further, expected_share
+from pellet_study.powder.gains import expected_share
 from pellet_study.powder.plan import SYMBOLS, Reading
 from pellet_study.powder.posterior import Block, posterior
 from pellet_study.powder.text import joint_lines
@@ -50,6 +50,11 @@ def block_of(surfaces, at, random, n=6, names=NAMES):
     covariance = SCATTER[np.ix_(keep, keep)] / n
     measured = random.multivariate_normal(truth(at)[keep], covariance)
     return Block(surfaces.of(names), measured, covariance)
+
+
+def drawn(found, number, seed=0):
+    """Coded settings drawn from a posterior."""
+    return found.coded[np.random.default_rng(seed).choice(len(found.weights), number, p=found.weights)]
 
 
 def test_surfaces_of_all_readings_are_those_of_each_by_itself():
@@ -99,7 +104,7 @@ def test_the_region_holds_the_truth_as_often_as_it_says():
     held, inside = 0, np.zeros(3)
     for _ in range(200):
         at = random.uniform(-1, 1, 3)
-        found = posterior([block_of(simulated(random), at, random)])
+        found = posterior(block_of(simulated(random), at, random))
         held += found.holds(at)
         for i, factor in enumerate(FACTORS):
             low, high = found.interval(i)
@@ -111,9 +116,9 @@ def test_the_region_holds_the_truth_as_often_as_it_says():
 def test_more_readings_leave_less_of_the_box():
     random = np.random.default_rng(4)
     surfaces, at = simulated(random), np.array([0.2, -0.3, 0.4])
-    shares = [posterior([block_of(surfaces, at, np.random.default_rng(9), 30, NAMES[:k])]).share() for k in (1, 2, 3)]
+    shares = [posterior(block_of(surfaces, at, np.random.default_rng(9), 30, NAMES[:k])).share() for k in (1, 2, 3)]
     assert shares[0] > shares[1] > shares[2]
-    exact = [block_of(surfaces, at, np.random.default_rng(9), 10**6, NAMES)]
+    exact = block_of(surfaces, at, np.random.default_rng(9), 10**6, NAMES)
     assert posterior(exact).share() < shares[2]
 
 
@@ -122,7 +127,7 @@ def test_a_posterior_far_smaller_than_the_box_is_filled_anew():
     surfaces = replace(responses.fit(FACTORS, NAMES, CODED, truth(CODED)), freedom=10**6)
     sd = 0.02 * np.sqrt(np.diag(SCATTER))
     at = np.array([0.1, 0.2, -0.3])
-    found = posterior([Block(surfaces, truth(at), np.diag(sd**2))])
+    found = posterior(Block(surfaces, truth(at), np.diag(sd**2)))
     volume = 4 / 3 * np.pi * 7.815**1.5 * sd.prod() / abs(np.linalg.det(SLOPE)) / 8
     assert found.part < 0.1
     assert found.share() == pytest.approx(volume, rel=0.03)
@@ -132,8 +137,8 @@ def test_a_posterior_far_smaller_than_the_box_is_filled_anew():
 
 def test_intervals_and_draws_are_those_of_the_weights():
     random = np.random.default_rng(5)
-    found = posterior([block_of(simulated(random), [0, 0, 0], random)])
-    draws = found.draws(20_000)
+    found = posterior(block_of(simulated(random), [0, 0, 0], random))
+    draws = drawn(found, 20_000)
     for i, factor in enumerate(FACTORS):
         assert found.interval(i) == pytest.approx(np.quantile(factor.physical(draws[:, i]), [0.025, 0.975]), abs=0.004)
     inside = found.region()
@@ -143,7 +148,7 @@ def test_intervals_and_draws_are_those_of_the_weights():
 
 def test_the_recommended_setting_is_among_the_densest_and_nearest_to_the_middle():
     random = np.random.default_rng(6)
-    found = posterior([block_of(simulated(random), [0.5, 0.5, 0.5], random)])
+    found = posterior(block_of(simulated(random), [0.5, 0.5, 0.5], random))
     among = found.coded[found.region(0.1)]
     assert (found.recommended**2).sum() == pytest.approx((among**2).sum(axis=1).min())
 
@@ -153,17 +158,17 @@ def test_the_expected_gain_is_what_the_reading_gives_on_average():
     random = np.random.default_rng(7)
     surfaces = simulated(random)
     two = block_of(surfaces, [0.1, 0.2, 0.3], random, names=NAMES[:2])
-    found = posterior([two])
+    found = posterior(two)
     covariance = SCATTER / 6
-    foretold = expected_share(found, Further(Block(surfaces, np.append(two.measured, np.nan), covariance), 0))
+    foretold = expected_share(found, Block(surfaces, np.append(two.measured, np.nan), covariance))
     shares = []
-    for at in found.draws(60, seed=1):
+    for at in drawn(found, 60, seed=1):
         whole = covariance + surfaces.covariance(at[None, :])[0]
         shared = np.linalg.solve(whole[:2, :2], whole[:2, 2])
         predicted = surfaces.predict(at[None, :])[0]
         mean = predicted[2] + shared @ (two.measured - predicted[:2])
         reading = random.normal(mean, np.sqrt(whole[2, 2] - shared @ whole[:2, 2]))
-        shares.append(posterior([Block(surfaces, np.append(two.measured, reading), covariance)]).share())
+        shares.append(posterior(Block(surfaces, np.append(two.measured, reading), covariance)).share())
     assert foretold < found.share()
     assert foretold == pytest.approx(np.mean(shares), abs=3 * np.std(shares) / 60**0.5 + 0.003)
 
@@ -194,7 +199,7 @@ def test_a_second_reading_that_is_the_same_number_tells_next_to_nothing():
         ]
         few = surfaces.of(names)
         covariance = identified.measured_covariance(readings, few.scatter)
-        shares.append(posterior([Block(few, np.array([one.value for one in readings]), covariance)]).share())
+        shares.append(posterior(Block(few, np.array([one.value for one in readings]), covariance)).share())
     assert 0.95 < shares[1] / shares[0] <= 1.02
 
 
@@ -325,7 +330,7 @@ def test_readings_that_are_moved_together_and_agree_do_not_contradict(tmp_path, 
         at = random.uniform(-0.8, 0.8, 3)
         y = LEVEL + CODED @ slope + random.multivariate_normal(np.zeros(3), SCATTER, len(CODED))
         measured = random.multivariate_normal(LEVEL + at @ slope, SCATTER / 6)
-        found = posterior([Block(responses.fit(FACTORS, NAMES, CODED, y), measured, SCATTER / 6)])
+        found = posterior(Block(responses.fit(FACTORS, NAMES, CODED, y), measured, SCATTER / 6))
         low += identified._contradiction(found) < 0.05
     assert low <= 6
 
@@ -441,7 +446,7 @@ def test_a_powder_is_calibrated_on_the_surface_of_another(several, tmp_path, mon
 def test_the_corner_figure_has_a_panel_a_pair():
     random = np.random.default_rng(8)
     surfaces = simulated(random)
-    first = posterior([block_of(surfaces, [0, 0, 0], random, names=NAMES[:1])])
-    found = posterior([block_of(surfaces, [0, 0, 0], random)])
+    first = posterior(block_of(surfaces, [0, 0, 0], random, names=NAMES[:1]))
+    found = posterior(block_of(surfaces, [0, 0, 0], random))
     figure = corner(found, first, "angle", found.recommended)
     assert len([axes for axes in figure.axes if axes.get_visible()]) == 6
