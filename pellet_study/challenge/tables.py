@@ -136,7 +136,7 @@ was given (study.toml, measurements.csv) and its answer (answer.json). A row is 
 the model's predictions do not use; every second trial of a kind takes them from other numerics: contacts 0.4 times as stiff and
 two thirds of the share of the Rayleigh step. One of the five rows is held out, for the errors in the last columns.
 Cohesion and liquid bridges are proportional to one another in heaps of one humidity: one class, named cohesion here.
-Three candidates compete. After a tie the errors are those of its best member. Strengths are those on the present
+Six candidates compete. After a tie the errors are those of its best member. Strengths are those on the present
 surfaces."""
 
 

@@ -126,7 +126,7 @@ def text_of(results: Results) -> str:
     """The chain in words: each stage, what the law cannot do, the paper beside."""
     plan = results.plan
     lines = [
-        f"Powder calibration on the repose rig, contact law {plan.contact_law}, target {plan.target:g} +- {plan.sd:g} deg"
+        f"Powder calibration on the repose rig, contact law {plan.contact_law}, target {plan.observable} {plan.target:g} +- {plan.sd:g} deg"
     ]
     lines += stage_lines(results)
     lines += plan.remarks
@@ -134,7 +134,8 @@ def text_of(results: Results) -> str:
         lines += joint_lines(joint)
     lines += [f"{name} ({NAMES[name]}): {why}" for name, why in plan.idle.items()]
     if results.done("screening"):
-        lines += effects_lines(pd.read_csv(opening.stream(results.folder / "screening" / "effects.csv")))
+        table = pd.read_csv(opening.stream(results.folder / "screening" / "effects.csv"))
+        lines += effects_lines(table, plan.observable)
         readings = results.folder / "screening" / "readings.csv"  # release 0.1 wrote none
         lines += readings_lines(pd.read_csv(opening.stream(readings))) if readings.exists() else []
     if results.done("surface"):
@@ -161,9 +162,12 @@ def stage_lines(results: Results) -> list[str]:
     return lines
 
 
-def effects_lines(effects: pd.DataFrame) -> list[str]:
-    """The table of effects beside the paper's."""
-    lines = ["", "effects (change of the angle from the low to the high level) beside the paper's Table 8, deg:"]
+def effects_lines(effects: pd.DataFrame, observable: str) -> list[str]:
+    """The table of effects on the angle that steers beside the paper's, which was read at flanks."""
+    lines = [
+        "",
+        f"effects (change of {observable} from the low to the high level), deg; the paper's (Table 8) are of flanks:",
+    ]
     for row in effects.itertuples():
         lines.append(
             f"  {row.factor} {NAMES[row.factor]:33s} {row.effect_deg:+6.2f} +- {row.standard_error_deg:.2f}   paper "
@@ -189,7 +193,10 @@ def readings_lines(readings: pd.DataFrame) -> list[str]:
 
 def coefficients_lines(coefficients: pd.DataFrame) -> list[str]:
     """The table of the surface's coefficients beside the paper's."""
-    lines = ["", "coefficients of the surface (coded in our box; the paper's in its own, B reversed), deg:"]
+    lines = [
+        "",
+        "coefficients of the surface (coded in our box), deg; the paper's are of flanks in its own box, B reversed:",
+    ]
     for row in coefficients.itertuples():
         theirs = "" if pd.isna(row.paper_coefficient_deg) else f"   paper {row.paper_coefficient_deg:+7.3f}"
         clear = "" if row.beyond_two_errors else "   below two standard errors"

@@ -21,7 +21,8 @@ def test_cells_have_names_of_their_own_and_known_switches():
     for cell in heap_engines.CELLS:
         assert set(cell.switches) <= SWITCHES[cell.engine]
         assert cell.ours in heap_engines.CELLS
-        assert cell.case(1)["contact_law"] == "cohesive_frictional"
+        assert cell.case(1)["contact_law"] == "cohesive_frictional" + "_local_damping" * cell.release
+        assert cell.release or cell.case(1)["numerics"]["time_step_fraction"] == cell.step
 
 
 @pytest.mark.parametrize("share", [lammps.SHARE, 1.0])
@@ -51,4 +52,6 @@ def test_the_table_has_a_line_a_cell_and_reading():
     assert (line["heaps"], line["lost"], line["cpu_seconds"], line["first_loss"]) == (3, 1, 6.0, "jammed")
     assert line["to_ours_change_deg"] == pytest.approx(2.0)
     assert line["to_ours_low_deg"] < 2.0 < line["to_ours_high_deg"]
+    spread = 0.1  # of 0, 0.1 and 0.2
+    assert line["cpu_seconds_quarter_deg"] == pytest.approx(24.0 / 3 * (spread / 0.25) ** 2, abs=0.01)
     assert len(table) == 8
