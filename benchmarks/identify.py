@@ -1,6 +1,6 @@
 """Powders whose parameters are known, calibrated by one reading of a pouring and by more: results/identify.
 
-    .venv/bin/python benchmarks/identify.py [--surface results/defined_base] [--powders 6] [--heaps 6]
+    .venv/bin/python benchmarks/identify.py [--surface results/full] [--powders 6] [--heaps 6]
 
 A powder is a setting of all seven parameters: those of the surface drawn in its box, the others in their ranges of Table 6. Its
 measurements are HEAPS pourings by our rig with seeds that no surface has, every second powder with grains three times as
@@ -140,7 +140,7 @@ def summary(table: pd.DataFrame, names: list[str]) -> pd.DataFrame:
 def main() -> None:
     """Pour what is missing, calibrate, write the tables and the figure."""
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    parser.add_argument("--surface", type=Path, default=ROOT / "results" / "defined_base", help="results of a chain")
+    parser.add_argument("--surface", type=Path, default=ROOT / "results" / "full", help="results of a chain")
     parser.add_argument("--results", type=Path, default=ROOT / "results" / "identify")
     parser.add_argument("--powders", type=int, default=6)
     parser.add_argument("--heaps", type=int, default=6, help="pourings of a powder")

@@ -2,7 +2,7 @@
 
     .venv/bin/python benchmarks/photographs.py [--number 400] [--keep FOLDER]
 
-Writes results/checks/photographs.csv, a line a picture. Cones of grains and, every fifth, a coarse heap that YADE made (results/full) are rendered
+Writes results/checks/photographs.csv, a line a picture. Cones of grains and, every fifth, a coarse heap that YADE made on a plate (results/checks/heap_on_a_plate.csv, by release 0.1) are rendered
 by the package (`pellet_study.heap.render`) and put before a wall, on a plate that ends inside or outside the picture; every
 third is level and evenly lit, the others have elevations of 0 to 30 deg, shadows on wall and plate, light from one side. All
 have texture, noise and blur. The true angle is the triangle's of the outline of the same grains seen level.
@@ -52,7 +52,7 @@ class Scene:
         if self.kind == "cone":
             self.centres, self.radii = cone(rng.uniform(24, 50), rng)
         else:
-            grains = render.read_grains(ROOT / "results" / "full" / "heap_grains.csv")
+            grains = render.read_grains(ROOT / "results" / "checks" / "heap_on_a_plate.csv")
             self.centres, self.radii = heap.body(*grains)
         self.azimuth_deg = float(rng.uniform(0, 360))
         self.elevation_deg = 0.0 if self.level else float(rng.uniform(0, 30))

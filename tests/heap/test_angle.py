@@ -16,7 +16,7 @@ from yade_scripts import heap
 
 pytest.importorskip("skimage", reason="scikit-image is not installed: pip install -e .[test]")
 IMAGES = 200
-HEAP = ROOT / "results" / "full" / "heap_grains.csv"
+HEAP = ROOT / "results" / "checks" / "heap_on_a_plate.csv"
 
 
 def saved(pixels, file):
@@ -206,7 +206,7 @@ def test_without_scikit_image_it_says_what_to_install(tmp_path, monkeypatch, cap
 
 
 def test_pictures_of_a_simulated_heap_read_the_angle_of_its_grains(tmp_path):
-    """A heap that YADE made (results/full/heap_grains.csv), pictured level from six sides."""
+    """A heap that YADE made of powder on a plate (release 0.1), pictured level from six sides."""
     centres, radii = render.read_grains(HEAP)
     centres, radii = heap.body(centres, radii)
     of_grains = heap.readings(centres, radii)
@@ -221,7 +221,7 @@ def test_pictures_of_a_simulated_heap_read_the_angle_of_its_grains(tmp_path):
 
 
 def test_a_heap_seen_from_above_is_doubted_and_gives_no_row(tmp_path, capsys):
-    assert main(["angle", str(HEAP.parent / "figures" / "heap.png"), "--figures", str(tmp_path)]) == 0
+    assert main(["angle", str(HEAP.parent / "figures" / "heap_on_a_plate.png"), "--figures", str(tmp_path)]) == 0
     told = capsys.readouterr()
     assert "seen from above" in told.err and "no row for measurements.csv" in told.out
     assert "rig,observable" not in told.out

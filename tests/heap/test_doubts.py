@@ -44,8 +44,8 @@ def test_a_level_evenly_lit_heap_is_not_doubted(tones, angle):
 
 
 def test_a_heap_of_grains_seen_from_above_is_never_wrong_without_a_doubt():
-    """The heap of results/full from all around at 6 to 30 deg: it was read 17 to 21 deg too flat without a word."""
-    centres, radii = heap.body(*render.read_grains(ROOT / "results" / "full" / "heap_grains.csv"))
+    """A heap on a plate from all around at 6 to 30 deg: it was read 17 to 21 deg too flat without a word."""
+    centres, radii = heap.body(*render.read_grains(ROOT / "results" / "checks" / "heap_on_a_plate.csv"))
     for elevation in (6, 10, 16, 22, 30):
         for azimuth in (20.0, 140.0, 260.0):
             picture = render.picture(centres, radii, azimuth_deg=azimuth, elevation_deg=elevation, width=350)

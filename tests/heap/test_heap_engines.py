@@ -1,5 +1,6 @@
 """Heaps by other engines: cells that exist, dampers that give what is asked of them, a table that follows from its heaps."""
 
+import io
 import sys
 
 import pandas as pd
@@ -12,6 +13,7 @@ sys.path.insert(0, str(ROOT / "benchmarks"))
 import heap_engines  # noqa: E402
 from engines import lammps, liggghts  # noqa: E402
 
+CHECKS = ROOT / "results" / "checks"
 SWITCHES = {"YADE": set(), "LIGGGHTS": liggghts.SWITCHES, "LAMMPS": lammps.SWITCHES}
 
 
@@ -55,3 +57,12 @@ def test_the_table_has_a_line_a_cell_and_reading():
     spread = 0.1  # of 0, 0.1 and 0.2
     assert line["cpu_seconds_quarter_deg"] == pytest.approx(24.0 / 3 * (spread / 0.25) ** 2, abs=0.01)
     assert len(table) == 8
+
+
+def test_the_table_follows_from_its_heaps_and_stands_on_the_page():
+    made = io.StringIO(heap_engines.summary(pd.read_csv(CHECKS / "heap_engines_heaps.csv")).to_csv(index=False))
+    table = pd.read_csv(CHECKS / "heap_engines.csv")
+    pd.testing.assert_frame_equal(pd.read_csv(made), table)
+    page = (ROOT / "docs" / "heap_physics.md").read_text(encoding="utf-8")
+    for line in heap_engines.page(table):
+        assert line in page, line

@@ -4,7 +4,7 @@ import pandas as pd
 
 from tests import ROOT
 
-TABLE = ROOT / "results" / "defined_base" / "screening" / "readings.csv"
+TABLE = ROOT / "results" / "full" / "screening" / "readings.csv"
 DIGITS = {"discharge_time_s": 3, "fill_bulk_density_kg_m3": 1}
 
 
