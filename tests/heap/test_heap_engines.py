@@ -41,7 +41,7 @@ def test_a_step_too_long_for_a_damper_is_refused():
 
 
 def test_the_table_has_a_line_a_cell_and_reading():
-    ours, theirs = heap_engines.Cell("YADE", 0.0), heap_engines.Cell("LAMMPS", 0.0)
+    ours, theirs = (heap_engines.Cell(engine, 0.0, 0.3) for engine in ("YADE", "LAMMPS"))
     rows = [
         {"what": cell.what, "seed": seed, "status": "ok", "cpu_seconds": 5.0}
         | {key: 30.0 + 2 * (cell == theirs) + 0.1 * seed for key in heap_engines.READINGS}
