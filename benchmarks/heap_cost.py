@@ -14,7 +14,7 @@ from pathlib import Path
 
 import numpy as np
 import pandas as pd
-from heap_liggghts import by_hand
+from by_hand import by_hand
 from repose_checks import case, shaped
 
 SIZES = (500, 1000, 1503, 2000, 4000, 8000)

@@ -43,10 +43,10 @@ from pathlib import Path
 from typing import NamedTuple
 
 import pandas as pd
+from by_hand import by_hand, child
 from engines.lammps import DAMPER_PULLS, DMT, TANGENTIAL_DAMPER
 from engines.library import SAID
 from engines.liggghts import NO_TANGENTIAL_DAMPER
-from heap_liggghts import by_hand, child
 from repose_checks import FIRST_SEED as FIRST_OF_DEFAULT
 from repose_checks import MOST, READINGS, Heaps, case, difference, shaped
 from scipy import stats

@@ -12,12 +12,10 @@ from tests import ROOT
 
 sys.path.insert(0, str(ROOT / "benchmarks"))
 
-import heap_liggghts  # noqa: E402
 import published_heaps  # noqa: E402
 import repose_checks  # noqa: E402
 
 from pellet_study.rigs import on_yade  # noqa: E402
-from pellet_study.simulation import dispatch  # noqa: E402
 
 CHECKS = ROOT / "results" / "checks"
 DOC = (ROOT / "docs" / "heap_checks.md").read_text(encoding="utf-8")
@@ -92,55 +90,6 @@ def test_heaps_of_one_seed_are_compared_pair_by_pair():
     found = repose_checks.difference(np.array([11.0, 53.0]), np.array([10.0, 50.0]), None, paired=True)
     assert (found["change_deg"], found["standard_error_deg"]) == (2.0, 1.0)
     assert found["high_deg"] == pytest.approx(2 + stdtrit(1, 0.975), abs=0.01)
-
-
-def test_the_twins_energy_density_has_the_pull_off_force():
-    """The greatest of k 4 pi R* d - 4/3 E* R*^(1/2) d^(3/2) over the overlaps, found by looking."""
-    pull_off, young, radius = 6.1e-4, 4.3e4, 6.5e-4
-    density = heap_liggghts.energy_density(pull_off, young, radius)
-    overlap = np.linspace(0, radius, 100_001)
-    pull = density * 4 * np.pi * radius * overlap - 4 / 3 * young * np.sqrt(radius) * overlap**1.5
-    assert pull.max() == pytest.approx(pull_off, rel=1e-6)
-
-
-def test_the_twin_starts_with_the_rigs_grains(tmp_path, monkeypatch):
-    """The rig's own heap of some 180 grains has the radii the twin starts with, in their order."""
-    monkeypatch.setenv("PELLET_STUDY_GRAINS", str(tmp_path))
-    changes = {
-        "protocol": "funnel",
-        "powder_mass_g": 3.0,
-        "outlet_height_mm": 30.0,
-        "outlet_diameter_mm": 20.0,
-        "funnel_diameter_mm": 26.0,
-    }
-    case = repose_checks.case(5, changes)
-    row = dispatch.run([case], tmp_path / ".store", workers=1, quiet=True).iloc[0]
-    table = np.loadtxt(tmp_path / f"{row['id']}.csv", delimiter=",", skiprows=1)
-    radii, places, speeds, funnel = heap_liggghts.grains(case)
-    np.testing.assert_allclose(radii, table[:, 3], rtol=1e-12)
-    assert places.shape == speeds.shape == (180, 3)
-    assert places[:, 2].min() > funnel.bottom
-    gaps = np.linalg.norm(places[:, None] - places[None], axis=2) + np.diag(np.full(180, np.inf))
-    assert gaps.min() > 2 * radii.max()
-
-
-def test_the_twin_makes_a_heap(tmp_path):
-    if not heap_liggghts.shutil.which("liggghts"):
-        pytest.skip("liggghts is not installed (Debian's package liggghts)")
-    changes = {
-        "protocol": "funnel",
-        "powder_mass_g": 4.0,
-        "outlet_height_mm": 22.0,
-        "outlet_diameter_mm": 14.0,
-        "funnel_diameter_mm": 26.0,
-    }
-    case = repose_checks.case(
-        5, changes | {"powder_surface_energy": 0.0, "time_step_fraction": 0.09}, law="hertz_mindlin"
-    )
-    found = heap_liggghts.twin(case, tmp_path)
-    assert found["status"] == "ok"
-    assert 10 < found["angle_deg"] < 50
-    assert found["cpu_seconds"] > 0
 
 
 def test_rigs_of_another_number_of_grains_are_of_one_shape():

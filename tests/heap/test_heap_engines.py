@@ -1,6 +1,7 @@
 """Heaps by other engines: cells that exist, dampers that give what is asked of them, a table that follows from its heaps."""
 
 import io
+import shutil
 import sys
 
 import pandas as pd
@@ -38,6 +39,16 @@ def test_the_damper_has_the_restitution_asked_for(restitution, share):
 def test_a_step_too_long_for_a_damper_is_refused():
     with pytest.raises(ValueError, match="too long"):
         lammps.viscosity(0.05, 1.0, 0.5)
+
+
+@pytest.mark.parametrize("engine", ["LIGGGHTS", "LAMMPS"])
+def test_another_engine_makes_our_heap(engine, tmp_path):
+    """500 grains without cohesion: 32 to 42 deg of height in ours (results/checks/default_heaps.csv)."""
+    if not shutil.which(heap_engines.COMMANDS[engine]):
+        pytest.skip(f"Debian's package {engine.lower()} is not installed")
+    row, seconds = heap_engines.other(heap_engines.Cell(engine, 0.0, small=True), 7, tmp_path)
+    assert row["status"] == "ok" and seconds > 0
+    assert 28 < row["repose_height_deg"] < 46
 
 
 def test_the_table_has_a_line_a_cell_and_reading():
