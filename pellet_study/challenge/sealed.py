@@ -89,7 +89,7 @@ def measure(of: Demonstration, numbers: Sequence[int], folder: Path, store: Path
             rig: of.catalogue.rigs[rig].with_effects([effect for effect in extra if rig in effect.rigs])
             for rig in of.observables
         }
-        cases = [one for n in group for one in _cases(of, n, _truth(folder, n), rigs)]
+        cases = [one for n in group for one in cases_of(of, n, _truth(folder, n), rigs)]
         table = dispatch.run(cases, store, rigs=rigs, workers=workers)
         place = 0
         for n in group:
@@ -120,7 +120,8 @@ def _acting(of: Demonstration, rig: Rig, truth: Mapping) -> dict[str, dict[str, 
     return {name: {known[name].amount: v} for name, v in truth["effects"].items() if name in rig.effects}
 
 
-def _cases(of: Demonstration, number: int, truth: Mapping, rigs: Mapping[str, Rig] | None = None) -> list[dict]:
+def cases_of(of: Demonstration, number: int, truth: Mapping, rigs: Mapping[str, Rig] | None = None) -> list[dict]:
+    """What the readings of a trial are simulated from: parameters, effects and numerics (`other` or the model's) of its truth."""
     cases: list[dict] = []
     rigs = rigs or of.catalogue.rigs
     for k, (rig, given) in enumerate(of.conditions):

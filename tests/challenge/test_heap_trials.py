@@ -34,7 +34,7 @@ def test_a_trials_study_is_read_back_as_it_was_meant(tmp_path):
 
 def test_truths_use_seeds_and_numerics_that_the_model_does_not():
     truth = {"effects": {"cohesion": 0.05}, "parameters": {"powder_static_friction": 0.5}, "numerics": "other"}
-    cases = sealed._cases(HEAPS, 3, truth)
+    cases = sealed.cases_of(HEAPS, 3, truth)
     assert len(cases) == HEAPS.repeats["repose"] * len(HEAPS.conditions) and len(
         {case["seed"] for case in cases}
     ) == len(cases)
@@ -96,7 +96,7 @@ def test_a_committed_reading_repeats(tmp_path):
     place = PLACES[len(PLACES) // 2]
     number, truth = int(place.name), json.loads((place / "sealed.json").read_text(encoding="utf-8"))
     repeats, row = HEAPS.repeats["repose"], 1
-    cases = sealed._cases(HEAPS, number, truth)[row * repeats : (row + 1) * repeats]
+    cases = sealed.cases_of(HEAPS, number, truth)[row * repeats : (row + 1) * repeats]
     found = dispatch.run(cases, tmp_path / ".store", workers=1, quiet=True)["repose_height_deg"]
     committed = load(place).rows[row]
     assert found.mean() == pytest.approx(committed.value, abs=2)

@@ -128,7 +128,7 @@ def test_a_committed_reading_repeats_to_its_last_digit(tmp_path):
         for place in PLACES[len(PLACES) // 2 :]
         if (truth := json.loads((place / "sealed.json").read_text(encoding="utf-8")))["kind"] == "one"
     )
-    cases = sealed._cases(BENCH, int(place.name), truth)[: BENCH.simulated("rebound")]
+    cases = sealed.cases_of(BENCH, int(place.name), truth)[: BENCH.simulated("rebound")]
     found = dispatch.run(cases, tmp_path / ".store", workers=1, quiet=True)["rebound_height_mm"]
     committed = load(place).rows[0]
     assert committed.rig == "rebound" and len(found) == committed.n == 60
