@@ -48,6 +48,8 @@ SECTIONS = (
     ("repeat", "How to repeat each number"),
 )
 
+CRITICISM = ("model", "fails", "missing", "error", "next")
+
 
 def write(folder: Path, library: Path | None = None) -> Path:
     """Write the page of a study, loaded with a library if one is given; returns its absolute path.
@@ -139,6 +141,7 @@ def _content(
     """What the template lays out; None for what is not there yet."""
     stages = _stages(study, folder)
     shown = steps or ([compared] if compared else [])
+    criticised = bool(shown or diagnoses or not stages)  # a study that was only calibrated has no sections of it
     return {
         "title": study.title,
         "headline": _headline(study, shown),
@@ -147,7 +150,12 @@ def _content(
         "named": _named(study, folder),
         "rigs": study.rigs,
         "counts": counts(study),
-        "sections": [s for s in SECTIONS if s[0] != "stages" or stages or stage_commands(study)],
+        "criticised": criticised,
+        "sections": [
+            s
+            for s in SECTIONS
+            if (criticised or s[0] not in CRITICISM) and (s[0] != "stages" or stages or stage_commands(study))
+        ],
         "todo_stages": stage_commands(study),
         "short": _short(compared, diagnoses, steps, stages),
         "notes": _notes(study, compared),
