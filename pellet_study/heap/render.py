@@ -171,7 +171,7 @@ def profile(centres: np.ndarray, radii: np.ndarray, base_radius: float | None = 
     whole = heap.readings(centres, radii, base_radius)
     x, height = heap.silhouette(*heap.body(centres, radii), 0.0, base_radius)
     ends = 1e3 * x[[0, -1]]
-    figure, axes = style.new_axes(6.0, 1.6 + 5.2 * 1.1e3 * height.max() / np.ptp(ends))
+    figure, axes = style.new_axes(6.0, 2.1 + 5.2 * 1.1e3 * height.max() / np.ptp(ends))
     axes.fill_between(1e3 * x, 1e3 * height, color=style.BAND)
     axes.plot(1e3 * x, 1e3 * height, color="black", linewidth=1, label="outline of the grains")
     triangle = heap.fit_triangle(x, height)

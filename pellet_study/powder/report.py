@@ -1,6 +1,7 @@
 """What `calibrate` found, as figures, text and JSON."""
 
 import io
+from collections.abc import Mapping
 from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -18,6 +19,8 @@ from pellet_study.powder.plan import NAMES, RIG, Plan
 from pellet_study.powder.results import Results
 from pellet_study.powder.text import joint_lines, levels, summary
 from pellet_study.rigs import on_yade
+from pellet_study.rigs.declared import Condition
+from pellet_study.rigs.known import ON_A_BASE
 from yade_scripts import heap
 
 if TYPE_CHECKING:
@@ -80,7 +83,7 @@ def write(chain: Chain) -> str:
     for stage, pictures in drawn(chain).items():
         figures.save(pictures, results.folder / stage)
     if results.grains.exists() and results.done("validation"):
-        draw_heap(results.grains, results.folder / "figures")
+        draw_heap(results.grains, results.folder / "figures", base_radius(results.plan.conditions))
     return write_summary(results) + f"\n\nresults in {results.folder}"
 
 
@@ -235,12 +238,17 @@ def laws(results: Results) -> pd.DataFrame | None:
     return table
 
 
-def draw_heap(grains: Path, folder: Path) -> None:
-    """A picture of a heap and one of its profile fit, as the source paper's Figures 9 and 10."""
+def base_radius(conditions: Mapping[str, Condition]) -> float | None:
+    """Radius of the disc that the heaps of these conditions lie on, m; None for an endless plate."""
+    return 0.5e-3 * float(conditions["base_diameter_mm"]) if conditions["protocol"] in ON_A_BASE else None
+
+
+def draw_heap(grains: Path, folder: Path, base: float | None) -> None:
+    """A picture of a heap and one of its profile fit, as the source paper's Figures 9 and 10; `base` as `base_radius` has it."""
     from matplotlib.image import imsave
 
     centres, radii = render.read_grains(grains)
     picture = io.BytesIO()
     imsave(picture, render.picture(*heap.body(centres, radii), width=1000), format="png")
     writing.data(folder / "heap.png", picture.getvalue(), ours=writing.is_picture)
-    figures.save({"heap_profile": render.profile(centres, radii)}, folder)
+    figures.save({"heap_profile": render.profile(centres, radii, base)}, folder)
