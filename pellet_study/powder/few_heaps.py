@@ -61,7 +61,7 @@ def search(
 
     Parameters
     ----------
-    pour : gives the angles (deg; nan where there is none) of the heaps at all places so far
+    pour : gives the angles (deg; nan where there is none) of the heaps at all places so far; raises where none has one
     after : told after each batch
     """
     t = path.within((plan.target - path.level) / path.slope if path.slope else 0.0)
@@ -83,7 +83,7 @@ def search(
 def settled(found: Search, plan: Plan) -> bool:
     """Whether the interval fits in the margin, or lies outside of it, or needs more heaps than there may be."""
     half, miss = half_width(found, plan), abs(found.line.at(found.place) - plan.target)
-    return half < plan.margin or miss - half > plan.margin or needed(found.line.scatter, plan) > MOST - SCREENED
+    return half < plan.margin or miss - half > plan.margin or not fits(found.line.scatter, MOST - SCREENED, plan)
 
 
 def half_width(found: Search, plan: Plan) -> float:
@@ -103,14 +103,15 @@ def counted(plan: Plan) -> validation.Sample:
     return plan.angle.sample if plan.angle.attainable(LEVEL) else validation.Sample(plan.target)
 
 
+def fits(scatter: float, number: int, plan: Plan) -> bool:
+    """Whether the interval of so many heaps at one setting lies within the margin, at a scatter of a heap (deg)."""
+    error, freedom = validation.welch(validation.Sample(plan.target, scatter, number), counted(plan))
+    return bool(stdtrit(freedom, 1 - LEVEL) * error < plan.margin)
+
+
 def needed(scatter: float, plan: Plan) -> int:
     """The least heaps on the path whose interval can lie within the margin, at a scatter of a heap (deg); 1000 stands for more."""
-    target = counted(plan)
-    for n in range(2, 1000):
-        error, freedom = validation.welch(validation.Sample(plan.target, scatter, n), target)
-        if stdtrit(freedom, 1 - LEVEL) * error < plan.margin:
-            return n
-    return 1000
+    return next((n for n in range(2, 1000) if fits(scatter, n, plan)), 1000)
 
 
 def calibrate(heaps: Heaps, results: Results) -> PathSetting:
