@@ -3,9 +3,9 @@
     .venv/bin/python benchmarks/few_heaps.py [--draws 10000]
 
 Nothing is simulated. The response is that of our screening (results/full/screening/effects.csv): a level, seven effects, heaps that
-scatter normally about it; the plan is the one that the command follows (`few_heaps.search`). Ten targets lie evenly over the
+scatter normally about it; the plan is the one that the command follows (`few_heaps.search`), computed for all draws at once. Ten targets lie evenly over the
 middle of what the box gives. A run that does not show equivalence counts as the most heaps there may be. A row a scatter: 1.2 and
-1.4 deg (the height of the heap, `repose_height_deg`), 2.0, where the rule errs most, 3.1 (a line through the flanks).
+1.4 deg (the height of the heap, `repose_height_deg`), 1.7 and 2.0, where the rule errs most, 3.1 (a line through the flanks).
 
 False equivalence: the share of draws in which a setting is called equivalent whose true angle lies at the margin, .79 deg, or
 beyond. It is counted at the ten targets; at targets a margin beyond the end of the path, where the setting stays at the edge
@@ -25,7 +25,6 @@ number that passes every second time is 39 (`least_apart`). So --few tests the h
 """
 
 import argparse
-from collections.abc import Callable
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -38,13 +37,14 @@ from pellet_study.doe.validation import tost_power
 from pellet_study.powder import few_heaps
 from pellet_study.powder.from_study import plan_of
 from pellet_study.powder.heaps import FULL
-from pellet_study.powder.plan import Plan
-from pellet_study.powder.uphill import Uphill, uphill
+from pellet_study.powder.plan import RIG, SYMBOLS, Plan
+from pellet_study.powder.uphill import FARTHEST
+from pellet_study.rigs import on_yade
 from pellet_study.study import load
 from yade_scripts.powder_scene import damper_share
 
 ROOT = Path(__file__).resolve().parent.parent
-SCATTERS = (1.2, 1.4, 2.0, 3.1)
+SCATTERS = (1.2, 1.4, 1.7, 2.0, 3.1)
 TARGETS = 10
 LEVEL_DEG = 46.8  # of the heaps at the middle of Table 6
 BEND = -0.5  # deg per squared half range of the path
@@ -56,77 +56,117 @@ def effects(study: Path = ROOT / "results" / "full") -> np.ndarray:
 
 
 @dataclass(frozen=True)
-class Drawn:
-    """A calibration on a synthetic response: its heaps, whether it calls its setting equivalent, how far that is off (deg).
+class Response:
+    """True angle (deg) of coded levels (..., 7): a level, slopes (deg per coded unit), a bend along their gradient."""
 
-    `cost` is in heaps of the middle of Table 6: a steel restitution below 0.15 takes smaller time steps. `there` is that of a heap at the setting.
+    level: float
+    slopes: np.ndarray
+    bend: float = 0.0
+
+    def at(self, coded: np.ndarray) -> np.ndarray:
+        along = coded @ self.slopes
+        return self.level + along + self.bend * along**2 / (self.slopes @ self.slopes)
+
+
+@dataclass(frozen=True)
+class Drawn:
+    """Calibrations on a synthetic response, an entry each.
+
+    `heaps` of each, the most there may be where it does not call its setting equivalent (`called`); how far that is `off`, deg;
+    where on its path it stands (`place`). `cost` is in heaps of the middle of Table 6, as a steel restitution below 0.15 takes smaller time steps;
+    `there` is that of a heap at the setting.
     """
 
-    heaps: int
-    called: bool
-    off: float
-    cost: float
-    there: float
+    heaps: np.ndarray
+    called: np.ndarray
+    off: np.ndarray
+    place: np.ndarray
+    cost: np.ndarray
+    there: np.ndarray
+
+    def false_equivalence(self, margin: float) -> float:
+        """Share that calls a setting equivalent whose angle is off by the margin or more."""
+        return float(np.mean(self.called & (np.abs(self.off) >= margin - 1e-9)))
 
 
-def draw(
-    plan: Plan,
-    angle_of: Callable[[np.ndarray], np.ndarray],
-    scatter: float,
-    rng: np.random.Generator,
-    beyond: float | None = None,
+def computed(
+    plan: Plan, response: Response, scatter: float, target: np.ndarray, noise: np.ndarray, beyond: float | None = None
 ) -> Drawn:
-    """One calibration.
+    """What `few_heaps.search` does after a screening, for many calibrations at once (tests/powder/test_few_heaps.py holds them together).
 
     Parameters
     ----------
-    angle_of : true angles (deg) of coded levels (n, 7)
-    beyond : puts the target so far (deg) beyond the end of the path
+    target : (n,) deg; the measured angle is a known number
+    noise : (n, 60) standard normal, of the screening's heaps first
+    beyond : puts the target so far (deg) beyond that end of the path which is higher
     """
     coded = screening_designs.coded_matrix(len(plan.factors), few_heaps.SCREENED)
-    path = uphill(plan.factors, coded, angle_of(coded) + scatter * rng.normal(size=len(coded)))
+    direction, low, high, level, slope, slope_variance = paths(
+        plan, response.at(coded) + scatter * noise[:, : len(coded)], coded
+    )
     if beyond is not None:
-        plan = replace(plan, target=past_the_end(path, angle_of, beyond))
-    poured: list[float] = []
+        ends = [response.at(end[:, None] * direction) for end in (low, high)]
+        target = np.maximum(*ends) + beyond
+    number, most = len(noise), few_heaps.MOST - few_heaps.SCREENED
+    place = np.clip((target - level) / slope, low, high)
+    sums, weight = np.zeros((5, number)), 1 / slope_variance
+    heaps, called = np.full(number, few_heaps.MOST), np.zeros(number, bool)
+    cost = np.full(number, cost_of(plan, coded).sum())
+    on = np.ones(number, bool)
+    for n in range(few_heaps.BATCH, most + 1, few_heaps.BATCH):
+        points = place[:, None] * direction
+        cost += on * few_heaps.BATCH * cost_of(plan, points)
+        for k in range(few_heaps.BATCH):
+            y = response.at(points) + scatter * noise[:, few_heaps.SCREENED + n - few_heaps.BATCH + k]
+            sums += on * np.array([place, y, place**2, place * y, y**2])
+        middle, mean = sums[0] / n, sums[1] / n
+        precision = sums[2] - n * middle**2 + weight
+        b = (sums[3] - n * middle * mean + weight * slope) / precision
+        squares = sums[4] - n * mean**2 + weight * slope**2 - precision * b**2
+        variance = squares / (n - 1)
+        place = np.where(on, np.clip(middle + (target - mean) / b, low, high), place)
+        error = np.sqrt(variance * (1 / n + (place - middle) ** 2 / precision))
+        half = stdtrit(n - 1, 1 - few_heaps.LEVEL) * error
+        miss = np.abs(mean + b * (place - middle) - target)
+        hopeless = np.sqrt(variance / most) * stdtrit(most - 1, 1 - few_heaps.LEVEL) >= plan.margin
+        if n >= few_heaps.FEWEST:
+            stop = on & ((half < plan.margin) | (miss - half > plan.margin) | hopeless)
+            passes = stop & (miss + half < plan.margin)
+            called |= passes
+            heaps = np.where(passes, few_heaps.SCREENED + n, heaps)
+            cost = np.where(stop & ~passes, cost * few_heaps.MOST / (few_heaps.SCREENED + n), cost)
+            on &= ~stop
+    points = place[:, None] * direction
+    return Drawn(heaps, called, response.at(points) - target, place, cost, cost_of(plan, points))
 
-    def pour(places: list[float]) -> np.ndarray:
-        new = np.outer(places[len(poured) :], path.direction)
-        poured.extend(angle_of(new) + scatter * rng.normal(size=len(new)))
-        return np.array(poured)
 
-    found = few_heaps.search(path, plan, pour)
-    half, miss = few_heaps.half_width(found, plan), abs(found.line.at(found.place) - plan.target)
-    called = miss + half < plan.margin
-    place = found.place * path.direction
-    heaps = few_heaps.SCREENED + len(poured)
-    on_path = cost_of(plan, np.outer(found.places, path.direction)).sum() * (
-        1 if called else (few_heaps.MOST - few_heaps.SCREENED) / len(poured)
-    )
-    return Drawn(
-        heaps if called else few_heaps.MOST,
-        called,
-        float(angle_of(place[None])[0]) - plan.target,
-        float(cost_of(plan, coded).sum() + on_path),
-        float(cost_of(plan, place[None])[0]),
-    )
+def paths(plan: Plan, angle: np.ndarray, coded: np.ndarray) -> tuple[np.ndarray, ...]:
+    """`uphill` of many complete screenings (n, 8) at once: direction (n, 7), ends, level, slope, variance of the slope."""
+    slopes = angle @ coded / len(coded)
+    sizes = np.abs(slopes)
+    few = np.where(sizes < 3.75 * np.median(sizes, axis=1, keepdims=True), sizes, np.nan)
+    error = 1.5 * np.nanmedian(few, axis=1, keepdims=True)
+    direction = slopes * np.maximum(1 - error**2 / slopes**2, 0)
+    nothing = ~direction.any(axis=1)
+    direction[nothing] = np.where(sizes == sizes.max(axis=1, keepdims=True), np.sign(slopes), 0)[nothing]
+    direction /= np.abs(direction).max(axis=1, keepdims=True)
+    known = [on_yade.rig(RIG).parameters[SYMBOLS[f.name]] for f in plan.factors]
+    limits = [[f.coded(one[side]) for f, one in zip(plan.factors, known, strict=True)] for side in ("min", "max")]
+    with np.errstate(divide="ignore"):
+        ends = np.sort(np.array(limits)[:, None] / direction, axis=0)
+    still = direction == 0
+    low = np.maximum(-FARTHEST, np.where(still, -np.inf, ends[0]).max(axis=1))
+    high = np.minimum(FARTHEST, np.where(still, np.inf, ends[1]).min(axis=1))
+    slope = (direction * slopes).sum(axis=1)
+    return direction, low, high, angle.mean(axis=1), slope, (direction**2).sum(axis=1) / len(coded)
 
 
 def cost_of(plan: Plan, coded: np.ndarray) -> np.ndarray:
-    """Time steps of heaps over those of one with the full step."""
+    """Time steps of heaps (n, 7) over those of one with the full step."""
     names = [f.name for f in plan.factors]
-    levels = plan.factors[names.index("D")].physical(coded[:, names.index("D")]).round(10)
-    return np.array([1 / damper_share(e) for e in levels])
-
-
-def past_the_end(path: Uphill, angle_of: Callable[[np.ndarray], np.ndarray], beyond: float) -> float:
-    """The angle at that end of a path which is higher, and so much more."""
-    ends = angle_of(np.outer([path.low, path.high], path.direction))
-    return float(ends.max() + beyond)
-
-
-def false_equivalence(draws: list[Drawn], margin: float) -> float:
-    """Share of draws that call a setting equivalent whose angle is off by the margin or more."""
-    return float(np.mean([one.called and abs(one.off) >= margin - 1e-9 for one in draws]))
+    levels = plan.factors[names.index("D")].physical(coded[:, names.index("D")])
+    grid = np.linspace(0.05, 0.15, 101).round(10)
+    return np.interp(levels, grid, [1 / damper_share(e) for e in grid])
 
 
 def least(margin: float, scatter: float, level: float = 0.05, power: float = 0.0) -> int:
@@ -164,43 +204,34 @@ def least_apart(margin: float, scatter: float, power: float = 0.5) -> tuple[int,
 
 def row_of(plan: Plan, scatter: float, draws: int) -> dict[str, float]:
     """What the plan takes and gives at a scatter."""
-    slopes, margin = effects(), plan.margin
-    reach = np.abs(slopes).sum()
-
-    def straight(coded: np.ndarray) -> np.ndarray:
-        return LEVEL_DEG + coded @ slopes
-
-    def bent(coded: np.ndarray) -> np.ndarray:
-        along = coded @ slopes / np.linalg.norm(slopes)
-        return LEVEL_DEG + coded @ slopes + BEND * along**2
-
-    targets = LEVEL_DEG + np.linspace(-0.6, 0.6, TARGETS) * reach
+    response, margin = Response(LEVEL_DEG, effects()), plan.margin
+    targets = LEVEL_DEG + np.linspace(-0.6, 0.6, TARGETS) * np.abs(response.slopes).sum()
+    target = np.repeat(targets, draws // TARGETS)
     rng = np.random.default_rng(1)
-    each = [
-        [draw(replace(plan, target=target), straight, scatter, rng) for _ in range(draws // TARGETS)]
-        for target in targets
-    ]
-    every = [one for some in each for one in some]
-    edge = [draw(plan, straight, scatter, rng, beyond=margin) for _ in range(draws)]
-    curved = [draw(replace(plan, target=rng.choice(targets)), bent, scatter, rng) for _ in range(draws)]
-    called = [one.off for one in every if one.called]
-    heaps = np.array([[one.heaps for one in some] for some in each])
+
+    def noise() -> np.ndarray:
+        return rng.normal(size=(len(target), few_heaps.MOST))
+
+    every = computed(plan, response, scatter, target, noise())
+    edge = computed(plan, response, scatter, target, noise(), beyond=margin)
+    bent = computed(plan, replace(response, bend=BEND), scatter, target, noise())
+    heaps = every.heaps.reshape(TARGETS, -1)
     validating = max(FULL.fewest, int(np.ceil((scatter / FULL.wanted_error) ** 2)))
     seconds = seconds_of_a_heap()
     return {
         "scatter_deg": scatter,
         "margin_deg": margin,
-        "draws": len(every),
+        "draws": len(target),
         "median_heaps": float(np.median(heaps)),
         "lowest_median_of_a_target": float(np.median(heaps, axis=1).min()),
         "highest_median_of_a_target": float(np.median(heaps, axis=1).max()),
         "ninth_decile_heaps": float(np.quantile(heaps, 0.9)),
         "tens_of_targets_with_median_25_or_less": float(np.mean(np.median(heaps, axis=0) <= 25)),
-        "shown_equivalent": len(called) / len(every),
-        "setting_error_rms_deg": float(np.sqrt(np.mean(np.square(called)))) if called else np.nan,
-        "false_equivalence": false_equivalence(every, margin),
-        "false_equivalence_at_the_edge": false_equivalence(edge, margin),
-        "false_equivalence_where_it_bends": false_equivalence(curved, margin),
+        "shown_equivalent": float(every.called.mean()),
+        "setting_error_rms_deg": float(np.sqrt(np.mean(every.off[every.called] ** 2))),
+        "false_equivalence": every.false_equivalence(margin),
+        "false_equivalence_at_the_edge": edge.false_equivalence(margin),
+        "false_equivalence_where_it_bends": bent.false_equivalence(margin),
         "least_heaps_on_the_path": few_heaps.needed(scatter, plan),
         "own_heaps_to_pass_at_all": least(margin, scatter),
         "own_heaps_to_pass_half": least(margin, scatter, power=0.5),
@@ -208,17 +239,16 @@ def row_of(plan: Plan, scatter: float, draws: int) -> dict[str, float]:
         "least_median_with_own_heaps": sum(least_apart(margin, scatter)),
         "full_chain_heaps": 41 + 18 + 41 + validating,  # screening, climb, one box, one validation
         "a_heap_a_point_heaps": 17 + 6 + 17 + validating,
-        "median_cpu_seconds": seconds * float(np.median([one.cost for one in every])),
-        "full_chain_cpu_seconds": seconds * float(np.median([chain_cost(plan, one, 3, validating) for one in every])),
-        "a_heap_a_point_cpu_seconds": seconds
-        * float(np.median([chain_cost(plan, one, 1, validating) for one in every])),
+        "median_cpu_seconds": seconds * float(np.median(every.cost)),
+        "full_chain_cpu_seconds": seconds * float(np.median(chain_cost(plan, every.there, 3, validating))),
+        "a_heap_a_point_cpu_seconds": seconds * float(np.median(chain_cost(plan, every.there, 1, validating))),
     }
 
 
-def chain_cost(plan: Plan, drawn: Drawn, repeats: int, validating: int) -> float:
+def chain_cost(plan: Plan, there: np.ndarray, repeats: int, validating: int) -> np.ndarray:
     """Cost of the chain that finds the same setting: screening, and 6 points of a climb, 12 and 5 of a box and a validation beside it."""
     screening = repeats * cost_of(plan, screening_designs.coded_matrix(len(plan.factors))).sum() + 5
-    return float(screening + (18 * repeats + 5 + validating) * drawn.there)
+    return screening + (18 * repeats + 5 + validating) * there
 
 
 def seconds_of_a_heap() -> float:
