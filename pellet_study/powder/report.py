@@ -72,7 +72,7 @@ def path_verdict(plan: Plan, setting: PathSetting) -> str:
     tested = setting.validation
     within = f"{plan.target:g} deg within {tested.margin_deg:g} deg"
     if tested.equivalent:
-        return f"Few heaps: shown equivalent to {within}."
+        return f"Few heaps: shown equivalent to {within}, by the heaps that placed the setting."
     no = f"Few heaps: not shown equivalent to {within}: "
     if not setting.met:
         return (

@@ -130,7 +130,7 @@ def test_calibrate_few_finds_and_tests_a_setting(powder, monkeypatch, capsys):  
     answer = json.loads((powder / "few.json").read_text())
     found, tested = answer["optimum"], answer["validation"]
     assert tested["equivalent"] and found["enough"] and found["met"]
-    assert "Few heaps: shown equivalent to 41.69 deg within 0.79 deg." in told
+    assert "Few heaps: shown equivalent to 41.69 deg within 0.79 deg, by the heaps that placed the setting." in told
     assert found["heaps"] == len(set(stub.asked)) == 8 + found["path_heaps"] <= 30
     factors = {f.name: f for f in screening_factors()}
     true = stub.level + sum(k * factors[n].coded(found["point"][n]) for n, k in SLOPES.items())
