@@ -127,12 +127,13 @@ PLAN = {
 
 FEW = {
     "place": "of the setting on the path, 0 at its start",
-    "wanted_error_deg": "standard error that was wanted",
-    "enough": "was it come by?",
+    "wanted_error_deg": "standard error with which the interval of the angle lies within the margin",
+    "enough": "does it?",
     "slope_deg": "of the line along the path",
     "met": "false where the path ends before the target",
     "path_heaps": "on the path",
     "path_lost": "of these without an angle",
+    "needed_heaps": "in all, the least whose interval can lie within the margin at this scatter",
 }
 PATH = {
     **FEW,
@@ -148,7 +149,7 @@ CALIBRATE = {
     **within("stages[].attempts[]", ATTEMPT),
     "optimum": "the setting; null before that stage. With --few the setting on the path",
     **within("optimum", {**OPTIMUM, **PLAN, **PATH}),
-    "validation": "the heaps at the setting; null before that stage, and with --few",
+    "validation": "the heaps at the setting; null before that stage. With --few the heaps on the path: their line at the setting, each one-sided test at 2 %",
     **within("validation", {**VALIDATION, **PLAN}),
     **within("validation.attempts[]", ATTEMPT),
     "assumed": BENCH["assumed"],

@@ -69,7 +69,8 @@ def add_arguments(parser: argparse.ArgumentParser) -> None:
     parser.add_argument(
         "--few",
         action="store_true",
-        help="few heaps: a screening without centre points, then heaps only where the path meets the measured angle",
+        help="few heaps, 60 at most: a screening of 8, then heaps where its path meets the measured angle, until their interval lies within "
+        "its sd; only the angle that steers counts",
     )
     parser.add_argument(
         "--quick",
@@ -99,11 +100,6 @@ def _run(arguments: argparse.Namespace) -> dict:
     _check(arguments, folder)
     study = study_of(arguments)
     plan = plan_of(study, arguments.contact_law)
-    if arguments.few and plan.others:
-        raise InputError(
-            f"--few meets one angle, but the measurements have {', '.join(one.observable for one in plan.others)} as well; leave "
-            "--few away, or take those rows out"
-        )
     _make(folder)
     assumed = _say_ranges(arguments, study, plan)
     heaps = _heaps(arguments, plan, folder)

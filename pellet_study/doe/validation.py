@@ -115,7 +115,7 @@ def equivalence(runs: Sample, target: Sample, margin: float, alpha: float = 0.05
         )
     from scipy.special import stdtr, stdtrit
 
-    standard_error, df = _welch(runs, target)
+    standard_error, df = welch(runs, target)
     if standard_error == 0:
         raise InputError("all runs are equal and the target has no scatter: there is nothing to test with")
     difference = runs.mean - target.mean
@@ -226,8 +226,8 @@ def beside_prediction(
     return BesidePrediction(inside, len(values), prediction, level, mean, of_mean)
 
 
-def _welch(runs: Sample, target: Sample) -> tuple[float, float]:
-    """Standard error of the difference and its degrees of freedom."""
+def welch(runs: Sample, target: Sample) -> tuple[float, float]:
+    """Standard error of the difference of two means and its degrees of freedom; 0 where neither scatters (Welch, Biometrika 34 (1947) 28)."""
     parts = [(sample.sd**2 / sample.n, sample.n - 1) for sample in (runs, target) if sample.sd is not None]
     total = sum(variance for variance, _ in parts)
     if total == 0:
@@ -267,7 +267,7 @@ def tost_power(margin: float, standard_error: float, df: float, alpha: float = 0
 
 def _runs_for_power(runs: Sample, target: Sample, margin: float, alpha: float, power: float = 0.8) -> int | None:
     for n in range(2, 1001):
-        standard_error, df = _welch(Sample(runs.mean, runs.sd, n), target)
+        standard_error, df = welch(Sample(runs.mean, runs.sd, n), target)
         if standard_error == 0 or tost_power(margin, standard_error, df, alpha) >= power:
             return n
     return None

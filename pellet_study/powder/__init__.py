@@ -3,7 +3,7 @@
 `from_study.plan_of(study)` says what a study asks for, `Chain` does it:
 
     plan < from_study, heaps, box < decisions < text, tables, results < responses < posterior < gains < identified
-    < screening, climb, surface < validation
+    < screening, climb, surface, uphill < validation, path_line
     < chain, few_heaps, figures < report
 """
 

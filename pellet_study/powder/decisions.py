@@ -237,10 +237,11 @@ class Validation(Attempt):
 
 @dataclass(frozen=True, kw_only=True)
 class PathSetting:
-    """What a calibration in few heaps found: the setting at `place` on the path, its angle by the line, deg.
+    """What a calibration in few heaps found: the setting at `place` on the path, its angle by the line (deg), and the test of it.
 
-    `met` is False where the path ends before the target, `enough` False where its most heaps do not give
-    `wanted_error_deg`; `heaps` and `lost` count the screening too, `path_heaps` and `path_lost` do not.
+    `factors` are those that the path moves. `met` is False where the path ends before the target, `enough` False where the interval is
+    not within the margin, for which the standard error is to be `wanted_error_deg`; `heaps` and `lost` count the screening too,
+    `path_heaps` and `path_lost` do not. `needed_heaps` in all are the least whose interval can fit at this scatter.
     """
 
     point: dict[str, float]
@@ -258,6 +259,8 @@ class PathSetting:
     path_heaps: int
     path_lost: int
     lost: int
+    needed_heaps: int
+    validation: Attempt
 
 
 Decision = Screening | Climb | Surface | Optimum | Validation

@@ -65,6 +65,8 @@ def path(runs: pd.DataFrame, setting: PathSetting, measured: tuple[float, float]
     axes.axhspan(value - sd, value + sd, color=LIGHT, alpha=0.5, zorder=0, label=f"±{sd:g} deg, its sd")
     axes.axhline(value, color=MEASURED, linestyle="--", label=f"measured {value:g} deg")
     name = "setting found" if setting.met else "nearest setting"
+    interval = [[half] for half in np.abs(np.array(setting.validation.interval_deg) - setting.predicted_deg)]
+    axes.errorbar(t, setting.predicted_deg, interval, fmt="none", color="black", capsize=5, label="its 95 % interval")
     axes.plot(t, setting.predicted_deg, "*", color="white", markeredgecolor="black", markersize=14, label=name)
     said = f"place on the path of {', '.join(setting.factors)} (-1 to 1: the box of the screening)"
     axes.set_xlabel(folded(said, letters_in(room_for(figure, ax) - 0.8)))

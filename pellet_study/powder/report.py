@@ -12,6 +12,8 @@ from pellet_study.doe import figures
 from pellet_study.doe.answers import plain
 from pellet_study.files import opening, writing
 from pellet_study.heap import render
+from pellet_study.output.words import probability
+from pellet_study.powder import few_heaps
 from pellet_study.powder import figures as powder_figures
 from pellet_study.powder.chain import Chain
 from pellet_study.powder.decisions import STAGES, Climb, Optimum, PathSetting, Surface
@@ -42,28 +44,52 @@ def answer(results: Results) -> dict[str, Any]:
 def path_answer(setting: PathSetting) -> dict[str, Any]:
     """A calibration in few heaps as JSON."""
     decided = asdict(setting)
-    return plain({"stages": [{"stage": "path", **decided}], "optimum": decided, "validation": None})
+    validation = decided.pop("validation")
+    return plain({"stages": [{"stage": "path", **decided}], "optimum": decided, "validation": validation})
 
 
 def text_of_path(plan: Plan, setting: PathSetting) -> str:
-    """A calibration in few heaps in words."""
-    lost = f", {setting.lost} of them gave no angle" if setting.lost else ""
-    found = levels(setting.point, setting.factors, setting.outside)
+    """A calibration in few heaps in words, the verdict first."""
+    tested, screened = setting.validation, setting.heaps - setting.path_heaps
+    low, high = tested.interval_deg
+    lost = f"; {setting.lost} of them gave no angle" if setting.lost else ""
+    stay = [f.name for f in plan.factors if f.name not in setting.factors]
     lines = [
-        f"Powder calibration in few heaps, contact law {plan.contact_law}, target {plan.target:g} deg",
-        f"{found}: {setting.predicted_deg:.2f} +- {setting.standard_error_deg:.2f} deg by a straight line through "
-        f"{setting.path_heaps - setting.path_lost} heaps on the path ({setting.heaps} in all{lost})",
+        path_verdict(plan, setting),
+        f"setting      {levels(setting.point, setting.factors, setting.outside)}; Bond number {tested.bond_number:.2f}"
+        + (f"; {', '.join(stay)} in the middle of their ranges" if stay else ""),
+        f"heaps        {setting.heaps}: {screened} of the screening, {setting.path_heaps} on the path{lost}",
+        f"{plan.observable} there {setting.predicted_deg:.2f} +- {setting.standard_error_deg:.2f} deg (95 % {low:.2f} to {high:.2f}) by the line "
+        f"through the heaps on the path, which scatter by {setting.scatter_deg:.2f} deg; measured {plan.target:g}",
+        f"two one-sided tests: p {probability(tested.p_tost)}, each at {few_heaps.LEVEL:g}, as the heaps that are tested have placed the setting; contact law "
+        f"{plan.contact_law}",
     ]
-    lines += plan.remarks
-    if not setting.enough:
-        lines.append(
-            f"stopped at the most heaps it takes on the path, {setting.path_heaps}: the standard error is above the "
-            f"{setting.wanted_error_deg:g} deg wanted"
-        )
+    if plan.others:
+        unused = ", ".join(one.observable for one in plan.others)
+        lines.append(f"{unused} was measured too and is not used here; calibrate without --few meets all readings")
+    return "\n".join([*lines, *plan.remarks])
+
+
+def path_verdict(plan: Plan, setting: PathSetting) -> str:
+    """Whether the setting is shown equivalent, and why not: the first sentence."""
+    tested = setting.validation
+    within = f"{plan.target:g} deg within {tested.margin_deg:g} deg"
+    if tested.equivalent:
+        return f"Few heaps: shown equivalent to {within}, by the heaps that placed the setting."
+    no = f"Few heaps: not shown equivalent to {within}: "
     if not setting.met:
-        lines.append("the path ends before it meets the target: this is its nearest point")
-    lines.append("nothing is validated by heaps of its own here; `calibrate` without --few does that")
-    return "\n".join(lines)
+        return (
+            no
+            + f"the path ends before it meets the target, at {setting.predicted_deg:.2f} deg; this is its nearest point."
+        )
+    if not tested.attainable:
+        return no + "the measured angle is of so few readings that no number of heaps could show it."
+    if setting.needed_heaps > few_heaps.MOST:
+        return no + (
+            f"heaps at one point differ by {setting.scatter_deg:.2g} deg, with which that takes {setting.needed_heaps} heaps or more, and --few "
+            f"has {few_heaps.MOST} at most."
+        )
+    return no + f"it has stopped at the most heaps it takes, {few_heaps.MOST}."
 
 
 def write_path(results: Results, setting: PathSetting) -> str:

@@ -46,10 +46,33 @@ class Results:
         """File of the grains of one heap at the setting that was validated."""
         return self.folder / "heap_grains.csv"
 
-    @property
-    def margin(self) -> Path:
-        """File in which the margin of the validation is declared before its heaps."""
-        return self.folder / "validation" / "margin.json"
+    def margin(self, stage: str) -> Path:
+        """File in which the margin of a stage's equivalence test is declared before its heaps."""
+        return self.folder / stage / "margin.json"
+
+    def declare_margin(self, stage: str) -> None:
+        """Write the margin of a stage's equivalence test down.
+
+        Raises
+        ------
+        InputError : another one stands there
+        """
+        self.refuse_margin(stage)
+        margins.declare_margin(self.margin(stage), self.plan.margin, "deg")
+
+    def refuse_margin(self, stage: str) -> None:
+        """Refuse to go on beside another margin that was declared.
+
+        Raises
+        ------
+        InputError : names it
+        """
+        file = self.margin(stage)
+        if file.exists() and (declared := margins.read_margin(file)) != self.plan.margin:
+            raise InputError(
+                f"{file}: declares the margin {declared:g} deg, not {self.plan.margin:g}: a margin is not changed after it "
+                "was declared; give --results another folder"
+            )
 
     @property
     def read_setting(self) -> Path | None:
@@ -129,11 +152,7 @@ class Results:
             if self.decisions_from is not None and decision_file(self.decisions_from, stage).exists():
                 if not (self.any_target and stage in OF_A_TARGET):
                     self.checked(self.decisions_from, stage)
-        if self.margin.exists() and (declared := margins.read_margin(self.margin)) != self.plan.margin:
-            raise InputError(
-                f"{self.margin}: declares the margin {declared:g} deg, not {self.plan.margin:g}: a margin is not changed after it "
-                "was declared; give --results another folder"
-            )
+        self.refuse_margin("validation")
 
     def done(self, stage: str) -> bool:
         """Whether this folder has the stage, for this plan."""

@@ -1,13 +1,13 @@
 """The validation: does the setting give the measured angle? New heaps, and a test of equivalence."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import fields
 
 import numpy as np
 import pandas as pd
 from scipy.special import stdtrit
 
-from pellet_study.doe import margins, validation
+from pellet_study.doe import validation
 from pellet_study.errors import SimulationError
 from pellet_study.powder.decisions import ALPHA, Attempt, Checked, Optimum, Validation
 from pellet_study.powder.heaps import SEEDS_A_TRY, SEEDS_OF_READ, Heaps, lost_of, point_at
@@ -31,7 +31,7 @@ def validate(heaps: Heaps, results: Results) -> Validation:
     point, nothing_nearer = chosen(results), False
     tables: list[pd.DataFrame] = []
     attempts: list[Attempt] = []
-    margins.declare_margin(results.margin, heaps.plan.margin, "deg")
+    results.declare_margin("validation")
     first = SEEDS_OF_READ if results.read_setting else 0
     while True:
         runs = enough_heaps(heaps, point, first + SEEDS_A_TRY * len(attempts))
@@ -118,18 +118,35 @@ def judged(heaps: Heaps, results: Results, runs: pd.DataFrame, point: Mapping[st
                 f"{one.observable} was measured, but fewer than two of the {len(whole)} heaps at the setting have it; take its row "
                 "out of the measurements"
             )
-    good, target = whole[OBSERVABLE], plan.target
-    tested = validation.equivalence(validation.sample_of(good), plan.angle.sample, plan.margin, alpha=level)
-    mean, error = float(good.mean()), float(good.std(ddof=1) / np.sqrt(len(good)))
-    half = float(stdtrit(len(good) - 1, 0.975) * error)
     best: Optimum = results.decision("optimum")
+    sample = validation.sample_of(whole[OBSERVABLE])
+    others = [checked(one, whole[one.observable], level) for one in plan.others]
+    return attempt_at(plan, sample, point, level, best.factors, heaps=len(runs), lost=lost_of(runs), others=others)
+
+
+def attempt_at(
+    plan: Plan,
+    sample: validation.Sample,
+    point: Mapping[str, float],
+    level: float,
+    factors: list[str],
+    *,
+    heaps: int,
+    lost: int,
+    others: Sequence[Checked] = (),
+) -> Attempt:
+    """Heaps at a setting, by their mean and scatter (deg), against the measured angle; each one-sided test at `level`."""
+    assert sample.sd is not None
+    mean, target, error = sample.mean, plan.target, sample.sd / sample.n**0.5
+    tested = validation.equivalence(sample, plan.angle.sample, plan.margin, alpha=level)
+    half = float(stdtrit(sample.n - 1, 0.975) * error)
     return Attempt(
         mean_deg=mean,
-        sd_deg=float(good.std(ddof=1)),
+        sd_deg=sample.sd,
         standard_error_deg=error,
         interval_deg=[mean - half, mean + half],
-        heaps=len(runs),
-        lost=lost_of(runs),
+        heaps=heaps,
+        lost=lost,
         measured_deg=target,
         error_percent=100 * abs(mean - target) / target,
         error_interval_percent=[100 * (mean - half - target) / target, 100 * (mean + half - target) / target],
@@ -139,10 +156,10 @@ def judged(heaps: Heaps, results: Results, runs: pd.DataFrame, point: Mapping[st
         p_difference=tested.p_difference,
         attainable=plan.angle.attainable(level),
         point=dict(point),
-        factors=best.factors,
+        factors=factors,
         outside=plan.outside(point),
         bond_number=bond(plan, plan.energy(point)),
-        others=[checked(one, whole[one.observable], level) for one in plan.others],
+        others=list(others),
     )
 
 

@@ -448,52 +448,6 @@ def test_repeats_hold_in_their_folder_until_others_are_given(powder, tmp_path, m
     assert decisions_module.command(other) == f"pellet-study calibrate {other} --repeats 2"
 
 
-def test_few_heaps_find_the_setting_within_their_error(powder, monkeypatch, capsys):
-    misses = []
-    for noise_seed in range(12):
-        stub = Formula(noise=1.0, offset=100_000 * noise_seed)
-        heaps, results = work_of(powder, stub, monkeypatch)
-        found = few_heaps.calibrate(heaps, results)
-        factors = {f.name: f for f in heaps.plan.factors}
-        true = stub.level + sum(k * factors[n].coded(found.point[n]) for n, k in SLOPES.items())
-        assert found.met and found.standard_error_deg <= 0.3
-        assert found.heaps == len(set(stub.asked)) <= 12 + 26
-        misses.append((true - 41.69) / found.standard_error_deg)
-    assert 0.4 < np.sqrt(np.mean(np.square(misses))) < 1.7  # standard errors; 1 expected, 12 draws
-    assert main(["calibrate", str(powder), "--few"]) == 0
-    told = capsys.readouterr().out
-    assert "straight line through" in told and "most heaps" not in told
-    assert "screening: 12 heaps" in told and "  10 heaps: " in told  # while it works
-    assert (powder / "path" / "summary.txt").read_text().strip() in told
-    runs = pd.read_csv(powder / "path" / "runs.csv")
-    assert set(runs["stage"]) == {"screening", "path"} and runs["seed"].is_unique
-    assert (powder / "path" / "path.png").stat().st_size > 5000
-    assert main(["calibrate", str(powder), "--few", "--until", "climb"]) == 2
-
-
-def test_few_heaps_that_are_too_few_for_the_wanted_error_are_said(powder, monkeypatch, capsys):
-    monkeypatch.setattr(heaps_module, "dispatch", Formula(noise=5.0))
-    assert main(["calibrate", str(powder), "--few"]) == 0
-    decision = json.loads((powder / "path" / "decision.json").read_text())
-    assert decision["path_heaps"] == few_heaps.MOST and not decision["enough"]
-    assert (
-        "most heaps it takes on the path, 60: the standard error is above the 0.3 deg wanted" in capsys.readouterr().out
-    )
-
-
-def test_few_heaps_count_those_that_gave_no_angle(powder, monkeypatch):
-    heaps, results = work_of(powder, Formula(jammed={10_003, 20_001}), monkeypatch)
-    found = few_heaps.calibrate(heaps, results)
-    assert (found.lost, found.path_lost) == (2, 1)
-    text = report.text_of_path(heaps.plan, found)
-    assert f"through {found.path_heaps - 1} heaps on the path ({found.heaps} in all, 2 of them gave no angle)" in text
-
-
-def test_few_heaps_say_where_the_path_ends(powder, monkeypatch):
-    found = few_heaps.calibrate(*work_of(powder, Formula(level=5.0), monkeypatch))
-    assert not found.met and found.predicted_deg < 41.69 - 5
-
-
 def test_both_laws_stand_side_by_side(powder, monkeypatch, capsys):
     monkeypatch.setattr(heaps_module, "dispatch", Formula())
     other = str(powder / "cohesive_frictional")
