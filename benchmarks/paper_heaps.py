@@ -4,8 +4,8 @@
 
 Every row of results/paper_heaps/measurements.csv (Tables 7 and 12 and the verification) is simulated with its own
 parameters; nothing is calibrated. heaps.csv has a row a heap; beside.csv a row a point; effects.csv what a half range
-of each factor of Table 6 does to the angle, theirs, ours and the difference, by least squares over all points. Theirs and
-ours are flanks; the height of our heaps, which scatters less from seed to seed, stands beside. Stored: resumable.
+of each factor of Table 6 does to the angle, theirs, ours and the difference, by least squares over all points. Stored:
+resumable.
 """
 
 import argparse
@@ -17,18 +17,17 @@ import statsmodels.api as sm
 
 from pellet_study.output import style
 from pellet_study.paper.designs import screening_factors
-from pellet_study.powder.plan import RIG, SYMBOLS
+from pellet_study.powder.plan import IDLE, OBSERVABLE, RIG, SYMBOLS
 from pellet_study.rigs import on_yade
 from pellet_study.simulation import dispatch
 from pellet_study.study import load
 
 FOLDER = Path(__file__).resolve().parent.parent / "results" / "paper_heaps"
 FIRST_SEED = 70_000
-FLANK, HEIGHT = "repose_flank_deg", "repose_height_deg"
 
 
-def simulated(rows, law: str | None, seeds: int, workers: int | None) -> pd.DataFrame:
-    """A row a heap: point, seed, readings, verdict."""
+def simulated(rows, law: str, seeds: int, workers: int | None) -> pd.DataFrame:
+    """A row a heap: point, seed, angle, verdict."""
     cases = [
         on_yade.case(RIG, contact_law=law, seed=FIRST_SEED + k * 100 + s, parameters=row.parameters, conditions=row.conditions)
         for k, row in enumerate(rows)
@@ -39,17 +38,17 @@ def simulated(rows, law: str | None, seeds: int, workers: int | None) -> pd.Data
         {
             "point": np.repeat([row.note for row in rows], seeds),
             "seed": [case["seed"] for case in cases],
-            **{reading: pd.to_numeric(found[reading], errors="coerce").round(4) for reading in (FLANK, HEIGHT)},
+            OBSERVABLE: pd.to_numeric(found[OBSERVABLE], errors="coerce").round(4),
             "verdict": found["status"],
         }
     )
 
 
 def effects(beside: pd.DataFrame, coded: np.ndarray, names: list[str]) -> pd.DataFrame:
-    """Slopes over all points for their flanks, ours, the difference, our heights, with standard errors, deg a half range."""
+    """Slopes over all points for their angles, ours, and the difference, with standard errors, deg a half range."""
     terms = sm.add_constant(coded)
     table = pd.DataFrame({"factor": ["level", *names]})
-    for what in ("paper_deg", "ours_deg", "difference_deg", "height_deg"):
+    for what in ("paper_deg", "ours_deg", "difference_deg"):
         found = sm.OLS(beside[what].to_numpy(), terms, missing="drop").fit()
         table[what.replace("_deg", "_slope_deg")] = found.params.round(3)
         table[what.replace("_deg", "_error_deg")] = found.bse.round(3)
@@ -64,21 +63,19 @@ def main() -> None:
     loaded = load(FOLDER)
     heaps = simulated(loaded.rows, loaded.contact_law, given.seeds, given.workers)
     heaps.to_csv(FOLDER / "heaps.csv", index=False, lineterminator="\n")
-    by_point = heaps.groupby("point", sort=False)
-    flanks = by_point[FLANK]
+    groups = heaps.groupby("point", sort=False)[OBSERVABLE]
     beside = pd.DataFrame(
         {
             "point": [row.note for row in loaded.rows],
             "paper_deg": [row.value for row in loaded.rows],
-            "ours_deg": flanks.mean().round(3).to_numpy(),
-            "standard_error_deg": flanks.sem().round(3).to_numpy(),
-            "heaps": flanks.count().to_numpy(),
-            "height_deg": by_point[HEIGHT].mean().round(3).to_numpy(),
+            "ours_deg": groups.mean().round(3).to_numpy(),
+            "standard_error_deg": groups.sem().round(3).to_numpy(),
+            "heaps": groups.count().to_numpy(),
         }
     )
     beside["difference_deg"] = (beside["paper_deg"] - beside["ours_deg"]).round(3)
     beside.to_csv(FOLDER / "beside.csv", index=False, lineterminator="\n")
-    factors = screening_factors()
+    factors = [f for f in screening_factors() if f.name not in IDLE[loaded.contact_law]]
     coded = np.array([[f.coded(row.parameters[SYMBOLS[f.name]]) for f in factors] for row in loaded.rows])
     told = effects(beside, coded, [f.name for f in factors])
     told.to_csv(FOLDER / "effects.csv", index=False, lineterminator="\n")
@@ -115,7 +112,7 @@ def drawn(beside: pd.DataFrame):
         )
     ends = [beside[["ours_deg", "paper_deg"]].min().min() - 1, beside[["ours_deg", "paper_deg"]].max().max() + 1]
     axes.plot(ends, ends, color="black", linewidth=0.8)
-    axes.set_xlabel("flanks of our heaps (deg)")
+    axes.set_xlabel("our heaps (deg)")
     axes.set_ylabel("the source paper's heaps (deg)")
     axes.legend()
     return figure

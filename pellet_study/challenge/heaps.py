@@ -8,8 +8,9 @@ grains is to be calibrated. One row is held out.
 """
 
 from pellet_study.challenge.demonstration import Demonstration
+from pellet_study.rigs.declared import Condition
 
-APPARATUS = {
+APPARATUS: dict[str, Condition] = {
     "protocol": "defined_base",
     "powder_mass_g": 8.3,
     "base_diameter_mm": 34.6,
