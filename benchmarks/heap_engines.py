@@ -214,17 +214,18 @@ def page(table: pd.DataFrame) -> list[str]:
     for what, rows in table.groupby("what", sort=False):
         rows = rows.set_index("reading").loc[list(SHOWN)].astype(object)
         rows = rows.where(rows.notna(), None)
-        height = rows.loc["repose_height_deg"]
-        cells = [what, f"{height['heaps']}" + (f" of {height['heaps'] + height['lost']}" if height["lost"] else "")]
-        if height["angle_deg"] is None:
-            cells.append(f"none: {height['first_loss']}")
+        first = rows.iloc[0]  # a heap on a plate has no height
+        cells = [what, f"{first['heaps']}" + (f" of {first['heaps'] + first['lost']}" if first["lost"] else "")]
+        if first["angle_deg"] is None:
+            cells.append(f"none: {first['first_loss']}")
         else:
-            cells.append(" / ".join(f"{row['angle_deg']:.1f}" for _, row in rows.iterrows()))
+            means = (row["angle_deg"] for _, row in rows.iterrows())
+            cells.append(" / ".join("-" if mean is None else f"{mean:.1f}" for mean in means))
         for _, row in rows.iterrows():
             change = [row.get(f"to_ours_{key}_deg") for key in ("change", "low", "high")]
             words = "" if None in change else "{:+.1f} ({:.1f} to {:.1f})".format(*change)
             cells.append(words + (f", {row['to_ours_aim_is']}" if row.get("to_ours_aim_is") else ""))
-        cells.append(f"{height['cpu_seconds']:.0f}")
+        cells.append(f"{first['cpu_seconds']:.0f}")
         spent = {SHOWN[name]: row["cpu_seconds_quarter_deg"] for name, row in rows.iterrows()}
         best = min((name for name in spent if spent[name] is not None), key=spent.get, default=None)
         cells.append("" if best is None else f"{spent[best]:.0f} ({best})")
