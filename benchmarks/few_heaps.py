@@ -41,6 +41,7 @@ from pellet_study.powder.plan import RIG, SYMBOLS, Plan
 from pellet_study.powder.uphill import FARTHEST
 from pellet_study.rigs import on_yade
 from pellet_study.study import load
+from yade_scripts.layered import step_share
 from yade_scripts.powder_scene import damper_share
 
 ROOT = Path(__file__).resolve().parent.parent
@@ -73,7 +74,7 @@ class Drawn:
     """Calibrations on a synthetic response, an entry each.
 
     `heaps` of each, the most there may be where it does not call its setting equivalent (`called`); how far that is `off`, deg;
-    where on its path it stands (`place`). `cost` is in heaps of the middle of Table 6, as a steel restitution below 0.15 takes smaller time steps;
+    where on its path it stands (`place`). `cost` is in heaps of the middle of Table 6, as low restitutions take smaller time steps;
     `there` is that of a heap at the setting.
     """
 
@@ -162,11 +163,18 @@ def paths(plan: Plan, angle: np.ndarray, coded: np.ndarray) -> tuple[np.ndarray,
 
 
 def cost_of(plan: Plan, coded: np.ndarray) -> np.ndarray:
-    """Time steps of heaps (n, 7) over those of one with the full step."""
+    """Time steps of heaps (n, 7) over those of one in the middle of Table 6: both restitutions shorten the step of the default law."""
     names = [f.name for f in plan.factors]
-    levels = plan.factors[names.index("D")].physical(coded[:, names.index("D")])
-    grid = np.linspace(0.05, 0.15, 101).round(10)
-    return np.interp(levels, grid, [1 / damper_share(e) for e in grid])
+    grid = np.linspace(0.05, 0.6, 111).round(3)  # the laws begin at 0.05
+    walls = [min(1.0, 2 * damper_share(e)) for e in grid]
+    grains = [step_share(e) for e in grid]
+    share = np.minimum(*(_at(plan, coded, names.index(n), grid, one) for n, one in (("D", walls), ("A", grains))))
+    return min(np.interp(0.15, grid, walls), np.interp(0.15, grid, grains)) / share
+
+
+def _at(plan: Plan, coded: np.ndarray, place: int, grid: np.ndarray, share: list[float]) -> np.ndarray:
+    """The share of the step at the levels of a restitution, between those of a grid."""
+    return np.interp(plan.factors[place].physical(coded[:, place]), grid, share)
 
 
 def least(margin: float, scatter: float, level: float = 0.05, power: float = 0.0) -> int:
